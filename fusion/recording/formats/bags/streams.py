@@ -28,17 +28,11 @@ PACKED_BYTES = 1e9
 
 @dataclass(frozen=True)
 class BagStream:
-    """Images of one camera in a bag.
+    """Images of one camera in a bag."""
 
-    Attributes:
-        topic: its messages.
-        stamps: (n,) [s], of each message, in any order.
-        camera: as the bag states it, or None.
-    """
-
-    topic: Topic
-    stamps: NDArray[np.float64]
-    camera: Camera | None = None
+    topic: Topic  # its messages
+    stamps: NDArray[np.float64]  # (n,) [s], of each message, in any order
+    camera: Camera | None = None  # as the bag states it, or None
 
     @property
     def arrivals(self) -> NDArray[np.float64]:
