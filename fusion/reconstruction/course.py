@@ -20,19 +20,13 @@ SLID = 0.05  # of the frames: good for the light on directions up to 0.1 (guess)
 
 @dataclass(frozen=True)
 class Straightened:
-    """What became of a trajectory.
+    """What became of a trajectory."""
 
-    Attributes:
-        results: (n) of the frames.
-        course: how it hangs together.
-        between: the key frames where they belong now; None where nothing has changed since the frames were fused.
-        network: of the key frames that have a place; None where there are fewer than two.
-    """
-
-    results: list[Tracked]
-    course: Course
+    results: list[Tracked]  # (n) of the frames
+    course: Course  # how it hangs together
+    # the key frames where they belong now; None where nothing has changed since the frames were fused
     between: Between | None = None
-    network: PoseNetwork | None = None
+    network: PoseNetwork | None = None  # of the key frames that have a place; None where there are fewer than two
 
 
 def straighten(
@@ -48,7 +42,6 @@ def straighten(
         results: (n) as tracked; poses of different pieces have nothing to do with each other.
         pieces: (n,) of the trajectory.
         stamps: (n,) time [s].
-        frames: key frames.
         resolved: motion [m] that what is fused can show: smaller ones are let be.
     """
     count = len({frame.piece for frame in frames})

@@ -24,9 +24,8 @@ from fusion.recording.looking.doctor import quick_look, refuse_if_certain
 from fusion.recording.recording import Recording
 from fusion.results.choices import LensUsed, ReconstructionChoices
 from fusion.results.color_light import color_lights
-from fusion.results.course import Course
+from fusion.results.course import Course, off_course
 from fusion.results.light import Light, note
-from fusion.results.off_course import off_course
 from fusion.sensor.correction.corrected_recording import corrected_recording
 from fusion.sensor.correction.summary import CorrectionSummary
 from fusion.sensor.presets import default_sensor

@@ -31,11 +31,9 @@ def walk_sigma(mesh: Mesh, frames: WalkedFrames, poses: Array, errors: PoseError
     """How sure each vertex is.
 
     Args:
-        mesh: with normals.
         frames: some are read once more.
         poses: (n, 4, 4) `T_world_camera`, NaN where a frame has no place.
         errors: what all poses may be wrong by together; None where nothing tells it.
-        made: with what.
     """
     camera = frames.recording.camera
     placed = poses[np.isfinite(poses).all(axis=(1, 2))]

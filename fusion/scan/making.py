@@ -6,7 +6,7 @@ import numpy as np
 
 from fusion.certainty.sigma import Sure
 from fusion.coloring.color_mesh import Colored, color_mesh
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Principle
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.vertices import vertices_kept
 from fusion.progress import stage

@@ -7,8 +7,7 @@ import pytest
 
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import angle, exp, inverse
-from fusion.geometry.trajectory import Trajectory
-from fusion.geometry.trajectory_error import trajectory_error
+from fusion.geometry.trajectory import Trajectory, trajectory_error
 from fusion.reconstruction.loops.closing import close
 from fusion.reconstruction.loops.keyframes import keyframe_of
 from fusion.reconstruction.loops.network import pose_network

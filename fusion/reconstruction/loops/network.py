@@ -74,17 +74,11 @@ def _between(covariance: Array, A: Array, edges: Sequence[Edge]) -> Array:
 
 @dataclass(frozen=True)
 class PoseErrors:
-    """What all poses of a walk may be wrong by together.
+    """What all poses of a walk may be wrong by together."""
 
-    Attributes:
-        index: (k,) frames of the recording that were key frames.
-        modes: (k, 6, r) world twists [rad], [m]: independent patterns, each one standard deviation.
-        poses: (n, 4, 4) of all frames, NaN where lost.
-    """
-
-    index: NDArray[np.int64]
-    modes: Array
-    poses: Array
+    index: NDArray[np.int64]  # (k,) frames of the recording that were key frames
+    modes: Array  # (k, 6, r) world twists [rad], [m]: independent patterns, each one standard deviation
+    poses: Array  # (n, 4, 4) of all frames, NaN where lost
 
     def along(self, points: Array, normals: Array, looks: Looks) -> Array:
         """Standard deviation (m,) [m] along normals (m, 3) of points (m, 3), once the whole is laid on the truth."""

@@ -26,17 +26,11 @@ PACKED = 3  # zlib's level: 9 takes eight times as long for 0.3 to 0.7 % of the 
 
 @dataclass(frozen=True)
 class Layer:
-    """One colouring of the mesh.
+    """One colouring of the mesh."""
 
-    Attributes:
-        name: what the button says.
-        colors: (n, 3) uint8 RGB; None is plain clay.
-        scale: what the colours stand for, shown as a bar; None for colours that are only colours.
-    """
-
-    name: str
-    colors: NDArray[np.uint8] | None = None
-    scale: Scale | None = None
+    name: str  # what the button says
+    colors: NDArray[np.uint8] | None = None  # (n, 3) uint8 RGB; None is plain clay
+    scale: Scale | None = None  # what the colours stand for, shown as a bar; None for colours that are only colours
 
 
 @dataclass(frozen=True)
@@ -86,7 +80,6 @@ def viewer(mesh: Mesh, layers: list[Layer], up: Array, front: Array, paths: tupl
         mesh: [m]; thinned out for display when it is large.
         layers: colourings of its vertices; the first is shown, buttons change it.
         up, front: (3,) directions in the mesh's frame; front points from the object to the eye.
-        paths: lines that a person can switch on.
     """
     if not np.isfinite(mesh.vertices).all(axis=1).any():
         return Section("Turn it yourself")

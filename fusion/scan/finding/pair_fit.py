@@ -11,7 +11,7 @@ from fusion.geometry.camera import Camera
 from fusion.progress import stage
 from fusion.recording.recording import Recording
 from fusion.scan.settings import ScanSettings
-from fusion.sensor.correction.calibrated import depth_std, tilt_std
+from fusion.sensor.correction.unit import depth_std, tilt_std
 from fusion.sensor.sensor import Sensor
 from fusion.turntable.axis import Turns
 from fusion.turntable.guess.told_step import GOOD, neighbours_misfit, rather_alone, refuse_contradicted_step
