@@ -1,4 +1,4 @@
-"""The public names for type checkers and editors; `__init__.py` loads the same when they are used."""
+"""The public names and where they are: for type checkers and editors, and `__init__.py` loads them by it."""
 
 from fusion.calibration.depth.calibration import DepthSettings as DepthSettings
 from fusion.calibration.depth.calibration import calibrate_depth as calibrate_depth
@@ -21,6 +21,7 @@ from fusion.discrepancy.verdict.verdict import verdict_of as verdict_of
 from fusion.errors import FusionError as FusionError
 from fusion.evaluation.evaluate import EvaluationSettings as EvaluationSettings
 from fusion.evaluation.evaluate import evaluate as evaluate
+from fusion.files.json_values import json_values as json_values
 from fusion.geometry.camera import Camera as Camera
 from fusion.geometry.trajectory import Trajectory as Trajectory
 from fusion.mesh.comparison.compare import CompareSettings as CompareSettings
@@ -77,4 +78,3 @@ from fusion.volume.settings import VolumeSettings as VolumeSettings
 from fusion.volume.volume import Volume as Volume
 
 __version__: str
-from fusion.files.json_values import json_values as json_values

@@ -10,21 +10,15 @@ FAR = 100.0  # [m] no depth camera sees so far (guess: four times the farthest m
 
 @dataclass(frozen=True)
 class Quantity:
-    """A number that has a meaning.
+    """A number that has a meaning."""
 
-    Attributes:
-        name: for a person; option: where it is given.
-        unit: of `low` and `high`, and of what is checked.
-        low, high: what is possible, both included; of the size where either sign is allowed.
-        signed: either sign is allowed.
-    """
-
-    name: str
+    name: str  # for a person; option: where it is given
     option: str
-    unit: str
+    unit: str  # of `low` and `high`, and of what is checked
+    # low, high: what is possible, both included; of the size where either sign is allowed
     low: float
     high: float
-    signed: bool = False
+    signed: bool = False  # either sign is allowed
 
     def check(self, value: float | None) -> float | None:
         """The value; None, which means that nothing was given, is good.

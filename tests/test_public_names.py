@@ -52,7 +52,7 @@ def test_reconstruct_is_the_function_though_modules_are_imported_first():
     assert run(program).strip() == "True"
 
 
-def test_type_checkers_are_told_the_same():
+def test_the_stub_is_read_as_python_reads_it():
     told = {}
     for node in ast.parse((PACKAGE / "__init__.pyi").read_text(encoding="utf-8")).body:
         if isinstance(node, ast.ImportFrom):

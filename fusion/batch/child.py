@@ -28,15 +28,10 @@ GONE = 3  # status of a process whose asker is gone
 
 @dataclass(frozen=True)
 class Request:
-    """What is to be run.
+    """What is to be run."""
 
-    Attributes:
-        words: of the command.
-        home: folder that it runs in.
-    """
-
-    words: list[str]
-    home: str
+    words: list[str]  # of the command
+    home: str  # folder that it runs in
 
 
 def main() -> None:

@@ -23,7 +23,6 @@ def client_of(workers: int, scheduler: str | None, what: str = "fusion batch") -
     Args:
         workers: processes of one job each, on this machine.
         scheduler: address of another one ("tcp://host:8786"), whose workers are used instead.
-        what: needs them, as a message has it.
 
     Raises:
         FusionError: dask is not installed, or nobody answers.

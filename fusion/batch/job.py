@@ -12,40 +12,24 @@ KEY_LENGTH = 12  # digits of the key in a folder's name: two of 10^6 jobs share 
 
 @dataclass(frozen=True)
 class JobLimits:
-    """What one job may take; None: all there is.
+    """What one job may take; None: all there is."""
 
-    Attributes:
-        seconds: of the clock.
-        gigabytes: of memory, of its process and those that it starts.
-    """
-
-    seconds: float | None = None
-    gigabytes: float | None = None
+    seconds: float | None = None  # of the clock
+    gigabytes: float | None = None  # of memory, of its process and those that it starts
 
 
 @dataclass(frozen=True)
 class Job:
-    """One command on one recording.
+    """One command on one recording."""
 
-    Attributes:
-        named: the recording, as the list names it.
-        name: for people and folders.
-        key: of recording, words, files that they name, and version.
-        words: of the command, with `{out}` where the result's folder stands.
-        home: the batch's folder, absolute: where the command runs, and its folder appears.
-        runner: "module:function" that runs words and gives an exit status.
-        limits: what it may take.
-        again: an earlier result is replaced.
-    """
-
-    named: str
-    name: str
-    key: str
-    words: tuple[str, ...]
-    home: str
-    runner: str
-    limits: JobLimits = field(default_factory=JobLimits)
-    again: bool = False
+    named: str  # the recording, as the list names it
+    name: str  # for people and folders
+    key: str  # of recording, words, files that they name, and version
+    words: tuple[str, ...]  # of the command, with `{out}` where the result's folder stands
+    home: str  # the batch's folder, absolute: where the command runs, and its folder appears
+    runner: str  # "module:function" that runs words and gives an exit status
+    limits: JobLimits = field(default_factory=JobLimits)  # what it may take
+    again: bool = False  # an earlier result is replaced
 
     @property
     def folder(self) -> str:
@@ -60,26 +44,16 @@ class Job:
 
 @dataclass(frozen=True)
 class JobRow:
-    """What became of a job.
+    """What became of a job."""
 
-    Attributes:
-        recording: as the list names it.
-        name: of the job.
-        status: "done"; "refused", the command said why and would again; "stopped", it may work another time.
-        light: "good", "doubtful", "failed", or "done" where the command judges nothing.
-        reason: one sentence, "" where all is well.
-        folder: of the result, "" where there is none.
-        key: of the job.
-        numbers: of the result's JSON files, by their name and keys.
-    """
-
-    recording: str
-    name: str
-    status: str
-    light: str
-    reason: str = ""
-    folder: str = ""
-    key: str = ""
+    recording: str  # as the list names it
+    name: str  # of the job
+    status: str  # "done"; "refused", the command said why and would again; "stopped", it may work another time
+    light: str  # "good", "doubtful", "failed", or "done" where the command judges nothing
+    reason: str = ""  # one sentence, "" where all is well
+    folder: str = ""  # of the result, "" where there is none
+    key: str = ""  # of the job
+    # of the result's JSON files, by their name and keys
     numbers: dict[str, float | int | bool | str] = field(default_factory=dict)
 
 

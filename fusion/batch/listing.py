@@ -18,17 +18,11 @@ LIST = "a CSV file with a column rec, or a folder of recordings"
 
 @dataclass(frozen=True)
 class Item:
-    """One thing to work on.
+    """One thing to work on."""
 
-    Attributes:
-        named: as the folder or the list names it.
-        path: where it is.
-        columns: further words of its line in the list, by their column.
-    """
-
-    named: str
-    path: Path
-    columns: Mapping[str, str] = field(default_factory=dict)
+    named: str  # as the folder or the list names it
+    path: Path  # where it is
+    columns: Mapping[str, str] = field(default_factory=dict)  # further words of its line in the list, by their column
 
 
 def items_in(place: Path | str) -> tuple[list[Item], list[str]]:

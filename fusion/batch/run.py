@@ -26,36 +26,22 @@ RUNNER = "fusion.commands.main:main"
 
 @dataclass(frozen=True)
 class BatchSettings:
-    """How a batch runs.
+    """How a batch runs."""
 
-    Attributes:
-        workers: processes on this machine, one job each at a time.
-        scheduler: address of a Dask scheduler whose workers are used instead.
-        limits: of one job.
-        retry: what was refused before is tried again.
-        again: what was done before is done again, and replaced.
-        runner: "module:function" that runs the words of a command and gives its exit status.
-    """
-
-    workers: int = 2
-    scheduler: str | None = None
-    limits: JobLimits = field(default_factory=JobLimits)
-    retry: bool = False
-    again: bool = False
-    runner: str = RUNNER
+    workers: int = 2  # processes on this machine, one job each at a time
+    scheduler: str | None = None  # address of a Dask scheduler whose workers are used instead
+    limits: JobLimits = field(default_factory=JobLimits)  # of one job
+    retry: bool = False  # what was refused before is tried again
+    again: bool = False  # what was done before is done again, and replaced
+    runner: str = RUNNER  # "module:function" that runs the words of a command and gives its exit status
 
 
 @dataclass(frozen=True)
 class Batch:
-    """What became of a batch.
+    """What became of a batch."""
 
-    Attributes:
-        rows: one for each recording, in the order of the list.
-        done: of the jobs that this run did.
-    """
-
-    rows: tuple[JobRow, ...]
-    done: tuple[Done, ...]
+    rows: tuple[JobRow, ...]  # one for each recording, in the order of the list
+    done: tuple[Done, ...]  # of the jobs that this run did
 
     def __repr__(self) -> str:
         count = {status: sum(row.status == status for row in self.rows) for status in ("done", "refused", "stopped")}

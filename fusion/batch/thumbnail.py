@@ -36,7 +36,7 @@ def _of_mesh(result: Path) -> NDArray[np.uint8] | None:
     path = result / "mesh.ply" if result.is_dir() else result
     if path.suffix != ".ply" or not path.is_file():
         return None
-    from fusion.mesh.drawing.picture import png
+    from fusion.mesh.drawing.shading import png
     from fusion.mesh.files import read_mesh
 
     try:

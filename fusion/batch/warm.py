@@ -19,19 +19,12 @@ _own = local()  # a process for each of a worker's threads: one Taichi in a proc
 
 @dataclass(frozen=True)
 class Answer:
-    """How a command ended.
+    """How a command ended."""
 
-    Attributes:
-        status: its exit status; None where its process was stopped or died.
-        said: what it printed, or why it was stopped.
-        seconds: it ran; of the clock.
-        gigabytes: the most memory that was seen.
-    """
-
-    status: int | None
-    said: str
-    seconds: float
-    gigabytes: float = 0.0
+    status: int | None  # its exit status; None where its process was stopped or died
+    said: str  # what it printed, or why it was stopped
+    seconds: float  # it ran; of the clock
+    gigabytes: float = 0.0  # the most memory that was seen
 
 
 class Warm:

@@ -28,19 +28,12 @@ Value = float | int | bool | str
 
 @dataclass(frozen=True)
 class Done:
-    """A row, and what is another one each time.
+    """A row, and what is another one each time."""
 
-    Attributes:
-        row: of the job.
-        seconds: the command ran.
-        whole_s: the job took on the worker.
-        worker: who did it.
-    """
-
-    row: JobRow
-    seconds: float
-    whole_s: float
-    worker: str
+    row: JobRow  # of the job
+    seconds: float  # the command ran
+    whole_s: float  # the job took on the worker
+    worker: str  # who did it
 
 
 def work(job: Job) -> Done:

@@ -20,17 +20,11 @@ CHANGED = 0.5  # share of the pixels: more is a camera that was moved; people an
 
 @dataclass(frozen=True)
 class Stretch:
-    """Frames of a recording in which neither camera nor scene was moved.
+    """Frames of a recording in which neither camera nor scene was moved."""
 
-    Attributes:
-        recording: it is part of.
-        frames: first and last + 1.
-        alone: it is the only one of its recording.
-    """
-
-    recording: Recording
-    frames: tuple[int, int]
-    alone: bool
+    recording: Recording  # it is part of
+    frames: tuple[int, int]  # first and last + 1
+    alone: bool  # it is the only one of its recording
 
     @property
     def name(self) -> str:

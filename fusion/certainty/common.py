@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
-from fusion.sensor.correction.calibrated import depth_std
+from fusion.sensor.correction.unit import depth_std
 from fusion.sensor.sensor import Sensor
 
 Array = NDArray[np.float64]
@@ -14,21 +14,14 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Common:
-    """One standard deviation of what the whole scan may be wrong by; None where nothing tells it.
+    """One standard deviation of what the whole scan may be wrong by; None where nothing tells it."""
 
-    Attributes:
-        focal: of the focal length, relative.
-        depth: of the depth at the object [m].
-        distance: of the object [m].
-        told_by: what tells the focal length: "calibration", "scan" or "nothing".
-        size: relative, of the size by all that may be wrong with the depth, where that is known; else the depth as a
-            share of the distance stands for it.
-    """
-
-    focal: float | None
-    depth: float | None
-    distance: float
-    told_by: str
+    focal: float | None  # of the focal length, relative
+    depth: float | None  # of the depth at the object [m]
+    distance: float  # of the object [m]
+    told_by: str  # what tells the focal length: "calibration", "scan" or "nothing"
+    # relative, of the size by all that may be wrong with the depth, where that is known; else the depth as a share of
+    # the distance stands for it
     size: float | None = None
 
     @property

@@ -17,29 +17,22 @@ from fusion.volume.prepared import Prepared
 
 Array = NDArray[np.float64]
 FACING = 0.1  # least cosine between normal and line of sight
-NEAREST = 0.05  # [m] of depth
+NEAREST = 0.05  # [m] of depth; no depth camera measures nearer
 STENCIL = np.array([[0, 1, 0], [1, 4, 1], [0, 1, 0]], np.float32) / 8
 
 
 @dataclass(frozen=True)
 class Looks:
-    """What k frames measured at m vertices; a frame that does not see a vertex has weight 0 there.
+    """What k frames measured at m vertices; a frame that does not see a vertex has weight 0 there."""
 
-    Attributes:
-        off: (m, k) measured point minus vertex along its normal, positive outside [m]; 0 where not seen.
-        spread: (m, k) standard deviation of that by the sensor's model [m]; 0 where not seen.
-        weight: (m, k) how much the frame counted in the volume, in any unit.
-        apart: (k, k) how different two places of the camera are [rad]: the larger of turn and of shift over distance.
-        poses: (k, 4, 4) `T_object_camera`.
-        pixel: (m,) what a pixel covers at the vertex, mean over the frames that see it [m]; NaN where none does.
-    """
-
+    # (m, k) measured point minus vertex along its normal, positive outside [m]; 0 where not seen
     off: NDArray[np.float32]
-    spread: NDArray[np.float32]
-    weight: NDArray[np.float32]
+    spread: NDArray[np.float32]  # (m, k) standard deviation of that by the sensor's model [m]; 0 where not seen
+    weight: NDArray[np.float32]  # (m, k) how much the frame counted in the volume, in any unit
+    # (k, k) how different two places of the camera are [rad]: the larger of turn and of shift over distance
     apart: Array
-    poses: Array
-    pixel: Array
+    poses: Array  # (k, 4, 4) `T_object_camera`
+    pixel: Array  # (m,) what a pixel covers at the vertex, mean over the frames that see it [m]; NaN where none does
 
     @property
     def seen(self) -> NDArray[np.bool_]:
@@ -60,7 +53,6 @@ def look(mesh: Mesh, frames: Iterable[tuple[Prepared, Array]], near: float) -> L
     """What placed frames, each with its pose `T_object_camera` (4, 4), measured at the vertices of a mesh.
 
     Args:
-        mesh: with normals.
         frames: in any order; asked for one after the other, so they may be read as they are asked for.
         near: largest difference in depth [m]: what lies farther off is another surface.
     """

@@ -22,17 +22,11 @@ VERTICES = 3000  # that are asked: more say nothing new
 
 @dataclass(frozen=True)
 class Shared:
-    """What the variance of a view at a place is made of.
+    """What the variance of a view at a place is made of."""
 
-    Attributes:
-        share: 0 to 1, of what neighbouring views share; the rest each view has for itself.
-        reach: [rad] between views over which that fades to 1 / e.
-        spread: standard deviation of a view, both parts [m]; NaN where too few pairs tell it.
-    """
-
-    share: float
-    reach: float
-    spread: float
+    share: float  # 0 to 1, of what neighbouring views share; the rest each view has for itself
+    reach: float  # [rad] between views over which that fades to 1 / e
+    spread: float  # standard deviation of a view, both parts [m]; NaN where too few pairs tell it
 
     def values(self) -> dict[str, float | None]:
         """For JSON."""

@@ -34,23 +34,14 @@ class SigmaFigures:
 
 @dataclass(frozen=True)
 class Sure:
-    """How sure a surface is.
+    """How sure a surface is."""
 
-    Attributes:
-        sigma: (n,) standard deviation of each vertex along its normal [m], all causes together.
-        parts: root mean square over the vertices of each cause [m]; None where nothing tells it.
-        unknown: what nothing tells, and is therefore not in `sigma`.
-        shared: how much of their errors views share.
-        common: what calibration leaves open; a part of `sigma`.
-        unseen: share of the vertices that no sampled frame shows.
-    """
-
-    sigma: NDArray[np.float32]
-    parts: dict[str, float | None]
-    unknown: tuple[str, ...]
-    shared: Shared
-    common: Common
-    unseen: float
+    sigma: NDArray[np.float32]  # (n,) standard deviation of each vertex along its normal [m], all causes together
+    parts: dict[str, float | None]  # root mean square over the vertices of each cause [m]; None where nothing tells it
+    unknown: tuple[str, ...]  # what nothing tells, and is therefore not in `sigma`
+    shared: Shared  # how much of their errors views share
+    common: Common  # what calibration leaves open; a part of `sigma`
+    unseen: float  # share of the vertices that no sampled frame shows
 
     def values(self) -> SigmaFigures:
         """In few numbers."""
@@ -67,21 +58,14 @@ class Sure:
 
 @dataclass(frozen=True)
 class Causes:
-    """What the frames themselves do not tell.
+    """What the frames themselves do not tell."""
 
-    Attributes:
-        frames: how many were fused; those looked at stand for them.
-        blur_px: standard deviation of what a pixel mixes sideways [px].
-        voxel: [m].
-        common: what calibration leaves open.
-        pose: standard deviation (m,) [m] along the normals (m, 3) of points (m, 3) of what all poses are wrong by
-            together, and what was looked at; None where nothing tells it.
-    """
-
-    frames: int
-    blur_px: float
-    voxel: float
-    common: Common
+    frames: int  # how many were fused; those looked at stand for them
+    blur_px: float  # standard deviation of what a pixel mixes sideways [px]
+    voxel: float  # [m]
+    common: Common  # what calibration leaves open
+    # standard deviation (m,) [m] along the normals (m, 3) of points (m, 3) of what all poses are wrong by together, and
+    # what was looked at; None where nothing tells it
     pose: Callable[[Array, Array, Looks], Array] | None = None
 
 
@@ -91,9 +75,7 @@ def put_together(mesh: Mesh, some: NDArray[np.intp], looks: Looks, shared: Share
     Args:
         mesh: with normals.
         some: (m,) its vertices that were looked at; the others take what is near.
-        looks: at these.
         shared: what neighbouring views share.
-        causes: the rest.
     """
     assert mesh.normals is not None
     points, normals = mesh.vertices[some], mesh.normals[some].astype(float)

@@ -30,10 +30,8 @@ def vertex_sigma(mesh: Mesh, frames: Sequence[Prepared | None], poses: Array, ca
     """How sure each vertex of a mesh is, which was made of frames that are all at hand.
 
     Args:
-        mesh: with normals.
         frames: (n), None for those that could not be read.
         poses: (n, 4, 4) `T_object_camera`, NaN for frames without a place.
-        causes: what frames do not tell.
         near: truncation of the volume [m]: what lies farther off is another surface.
     """
     some = _some(mesh, MOST)

@@ -23,7 +23,9 @@ from fusion.recording.recording import Recording
 
 # images used, as different as can be: all of a turn, a tenth of a long walk, so that colour costs a tenth of the whole
 ENOUGH, SHARE = 60, 0.1
-FILLED = 0.03  # [m] colours are carried so far along the surface to where no image looked (guess)
+# [m] colours are carried so far along the surface to where no image looked (guess); absolute: a rim or a hand hides so
+# much of a thing of any size, and farther on a colour is made up
+FILLED = 0.03
 NEUTRAL = 180  # grey of what no image shows, as of a mesh without colours
 KEPT = 8  # views of a vertex: enough that two or three bad ones are outvoted, few enough to stay sharp (guess)
 ALIKE = 20.0  # [counts] views that differ by more from the middle one hardly count: another thing, or a gloss (guess)
@@ -88,23 +90,16 @@ class ColorFigures:
 
 @dataclass(frozen=True)
 class Colored:
-    """A mesh with colours, and how they came about.
+    """A mesh with colours, and how they came about."""
 
-    Attributes:
-        mesh: its scalars "color_views" say how many images each vertex has its colour from; 0 where no image shows it:
-            there the colour is that of its neighbours, or grey far from any. Without colours where the recording has no
-            colour image that can be used.
-        images: how many were used.
-        lost: how many could not be, being damaged, missing or of another size.
-        uncolored_share: of the vertices, shown by no image; None without images.
-        neutral_share: of the vertices, grey; None without images.
-    """
-
+    # its scalars "color_views" say how many images each vertex has its colour from; 0 where no image shows it: there
+    # the colour is that of its neighbours, or grey far from any. Without colours where the recording has no colour
+    # image that can be used.
     mesh: Mesh
-    images: int = 0
-    lost: int = 0
-    uncolored_share: float | None = None
-    neutral_share: float | None = None
+    images: int = 0  # how many were used
+    lost: int = 0  # how many could not be, being damaged, missing or of another size
+    uncolored_share: float | None = None  # of the vertices, shown by no image; None without images
+    neutral_share: float | None = None  # of the vertices, grey; None without images
 
     def figures(self) -> ColorFigures:
         """In few numbers."""
@@ -191,7 +186,6 @@ def filled(
     Ring by ring along the edges of the mesh, as far as about `reach` [m].
 
     Args:
-        mesh: triangles.
         colors: (n, 3); of unknown vertices they have no meaning.
         known: (n,) vertices with a colour.
         reach: how far colours are carried [m].

@@ -6,27 +6,32 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.coloring.seen import SeenByImage
 from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, inverse, transform
 from fusion.geometry.trajectory import Trajectory
 from fusion.recording.recording import Recording
 
+
+@dataclass(frozen=True)
+class SeenByImage:
+    """What is known of what one colour image looked at."""
+
+    camera: Camera  # took the image
+    coarse: Camera  # the same, halved some times: what stands in the way is judged in its pixels
+    T_world_camera: Array  # (4, 4)
+    measured: NDArray[np.float32]  # (h, w) depth of the coarse pixels [m], NaN where none was measured
+
+
 WIDEST = 480  # [px] visibility is judged in images halved until they are no wider
 
 
 @dataclass(frozen=True)
 class ColorImage:
-    """A colour image.
+    """A colour image."""
 
-    Attributes:
-        color: (h, w, 3) uint8 RGB.
-        depth: what the depth camera measured at that moment [m], in its own pixels.
-    """
-
-    color: NDArray[np.uint8]
-    depth: NDArray[np.float32]
+    color: NDArray[np.uint8]  # (h, w, 3) uint8 RGB
+    depth: NDArray[np.float32]  # what the depth camera measured at that moment [m], in its own pixels
 
     def sampled(self, pixels: Array) -> NDArray[np.float32]:
         """Colours (n, 3) at pixels (n, 2) within the image, bilinear."""
@@ -47,21 +52,13 @@ def bilinear(picture: NDArray[Any], pixels: Array) -> NDArray[np.float32]:
 
 @dataclass(frozen=True)
 class ColorImages:
-    """Where the colour images of a recording are and where they were taken.
+    """Where the colour images of a recording are and where they were taken."""
 
-    Attributes:
-        recording: whose.
-        camera: took them; the depth camera where they are in its pixels.
-        T_color_depth: (4, 4).
-        frames: those that may have one.
-        apart: the colour camera has its own pixels.
-    """
-
-    recording: Recording
-    camera: Camera
-    T_color_depth: Array
-    frames: NDArray[np.int64]
-    apart: bool
+    recording: Recording  # whose
+    camera: Camera  # took them; the depth camera where they are in its pixels
+    T_color_depth: Array  # (4, 4)
+    frames: NDArray[np.int64]  # those that may have one
+    apart: bool  # the colour camera has its own pixels
     coarse: Camera = field(init=False)
 
     def __post_init__(self) -> None:

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.coloring.seen import SeenByImage
+from fusion.coloring.images import SeenByImage
 from fusion.coloring.surface import RayMesh
 from fusion.geometry.camera import Camera
 
@@ -70,7 +70,6 @@ def _from_rims(front: NDArray[np.float32], measured: NDArray[np.float32], camera
     Args:
         front: (h, w) depth of the surface [m], infinite where there is none.
         measured: (h, w) what the depth camera saw [m], NaN where nothing.
-        camera: whose pixels these are.
     """
     with np.errstate(invalid="ignore"):  # of NaN and infinity no comparison is meant to hold
         blocked = measured < front * (1 - DISAGREE)

@@ -34,11 +34,7 @@ _default = "tuned"
 
 
 def plain() -> bool:
-    """Whether the plain kernels run.
-
-    Raises:
-        FusionError: FUSION_KERNELS says something else.
-    """
+    """Whether the plain kernels run. FusionError: FUSION_KERNELS says something else."""
     said = _said()
     return "plain" in said or (_default == "plain" and "tuned" not in said)
 

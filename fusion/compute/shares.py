@@ -11,9 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fusion.compute.arrays import I32
 from fusion.compute.back_end import PROCESSORS
-from fusion.compute.language import func, ti
+from fusion.compute.language import I32, func, ti
 
 SPLIT = 512  # iterations of a parallel loop that the CPU pool never splits
 SHARES = 32  # of a loop, on a processor

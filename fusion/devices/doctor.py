@@ -36,64 +36,43 @@ SPEEDS = {1: 1.5, 2: 12.0, 3: 480.0, 4: 5000.0, 5: 10_000.0}  # of pyusb, in Mbi
 
 @dataclass(frozen=True)
 class Plugged:
-    """A depth camera, or a part of one, on USB.
+    """A depth camera, or a part of one, on USB."""
 
-    Attributes:
-        name: what it is; place: where it is; speed: of its bus [Mbit/s], 0 where the system does not tell.
-        may_open: by this user; None where that cannot be told.
-        wrong: what stands in its way, one sentence each.
-    """
-
-    name: str
+    name: str  # what it is; place: where it is; speed: of its bus [Mbit/s], 0 where the system does not tell
     vendor: int
     product: int
     place: str
     speed: float
-    may_open: bool | None
-    wrong: tuple[str, ...] = ()
+    may_open: bool | None  # by this user; None where that cannot be told
+    wrong: tuple[str, ...] = ()  # what stands in its way, one sentence each
 
 
 @dataclass(frozen=True)
 class DeviceFindings:
-    """What `fusion doctor` tells.
+    """What `fusion doctor` tells."""
 
-    Attributes:
-        versions: of this program, Python and the system.
-        extras: name: (its packages with their versions or "", all are there).
-        usb: "" or why nothing can be said of USB.
-        devices: how many there are on USB.
-        plugged: those that are depth cameras.
-    """
-
-    versions: dict[str, str]
-    extras: dict[str, tuple[dict[str, str], bool]]
-    usb: str
-    devices: int
-    plugged: list[Plugged] = field(default_factory=list)
+    versions: dict[str, str]  # of this program, Python and the system
+    extras: dict[str, tuple[dict[str, str], bool]]  # name: (its packages with their versions or "", all are there)
+    usb: str  # "" or why nothing can be said of USB
+    devices: int  # how many there are on USB
+    plugged: list[Plugged] = field(default_factory=list)  # those that are depth cameras
 
 
 @dataclass(frozen=True)
 class Tested:
-    """What a source gave while it was looked at.
+    """What a source gave while it was looked at."""
 
-    Attributes:
-        source, serial, seconds, frames, missed, rate: rate in frames a second.
-        device_rate: seconds of the device's clock in a second of this machine's, 1 where they agree.
-        latest: longest wait [s] between two frames.
-        packets: by stream what happened to its packets, where the source counts them.
-        notes: of the source.
-    """
-
+    # source, serial, seconds, frames, missed, rate: rate in frames a second
     source: str
     serial: str
     seconds: float
     frames: int
     missed: int
     rate: float
-    device_rate: float
-    latest: float
-    packets: dict[str, dict[str, int]]
-    notes: tuple[str, ...]
+    device_rate: float  # seconds of the device's clock in a second of this machine's, 1 where they agree
+    latest: float  # longest wait [s] between two frames
+    packets: dict[str, dict[str, int]]  # by stream what happened to its packets, where the source counts them
+    notes: tuple[str, ...]  # of the source
 
 
 def look(devices: Iterable[Any] | None = None) -> DeviceFindings:

@@ -47,13 +47,11 @@ def open_source(name: str, camera: Camera | Path | str | None = None, infrared: 
         return Replay(open_recording(path, camera), speed)
     if kind in CAMERAS:
         module, cls = CAMERAS[kind].split(":")
-        return getattr(importlib.import_module(module), cls)(rest, infrared, _camera(camera))
+        return getattr(importlib.import_module(module), cls)(
+            rest, infrared, None if camera is None else find_camera(camera)
+        )
     do = f"to play a recording back: replay:{name}" if os.path.exists(name) else ""  # noqa: PTH110
     raise DeviceError("there is no such source", found=name, expected=" or ".join(KINDS), do=do)
-
-
-def _camera(given: Camera | Path | str | None) -> Camera | None:
-    return given if given is None or isinstance(given, Camera) else find_camera(given)
 
 
 def replayed(name: str) -> Path | None:

@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 from fusion.devices.source import Description, SourceFrame
 from fusion.errors import DeviceError
 from fusion.files.extra import extra
-from fusion.geometry.camera import Camera
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Camera, Principle
 from fusion.recording.formats.bags.lens import made_camera
 from fusion.recording.formats.bags.orbbec import PRINCIPLES
 
@@ -34,8 +33,6 @@ class Orbbec:
     """An Orbbec camera.
 
     Args:
-        device: of pyorbbecsdk.
-        with_infrared: not available here.
         camera: intrinsics that replace the device's own.
 
     Raises:

@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 from fusion.devices.source import Description, SourceFrame
 from fusion.errors import DeviceError
 from fusion.files.extra import extra
-from fusion.geometry.camera import Camera
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Camera, Principle
 from fusion.recording.formats.bags.lens import made_camera
 from fusion.recording.formats.bags.realsense import PRINCIPLES
 
@@ -33,7 +32,6 @@ class RealSense:
     """A RealSense.
 
     Args:
-        device: of pyrealsense2.
         with_infrared: the left infrared picture too, which is in the depth's pixels.
         camera: intrinsics that replace the device's own.
 

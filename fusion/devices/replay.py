@@ -19,7 +19,6 @@ class Replay:
     """The frames of a recording, as if they came from a camera now.
 
     Args:
-        recording: of any format.
         speed: times its own rate; None hands over each frame as soon as it is asked for.
 
     A frame that cannot be read is left out and counted as missed. Who asks late gets late frames, but every one.

@@ -6,7 +6,7 @@ import numpy as np
 
 from fusion.discrepancy.observe.frame_block import FrameBlock
 from fusion.errors import RecordingError
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Principle
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import LIGHT_SPEED, MODULATIONS_HZ
 

@@ -32,7 +32,7 @@ from fusion.discrepancy.simulated import matched
 from fusion.discrepancy.unknown.unknown import Unknown
 from fusion.discrepancy.unknown.unrestricted import UnrestrictedGain, covariates
 from fusion.errors import FusionError
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Principle
 from fusion.progress import each, stage
 from fusion.recording.looking.copies import Prints, refuse_copies
 from fusion.recording.recording import Recording

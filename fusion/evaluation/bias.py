@@ -19,27 +19,16 @@ Image = NDArray[np.floating]
 
 @dataclass(frozen=True)
 class Bias:
-    """Errors of the mean depth of a stretch.
+    """Errors of the mean depth of a stretch."""
 
-    Attributes:
-        distance: of the surface at the image's centre [m].
-        truth: "distance_m", "scene" or "": then only the residual from the plane is known.
-        offset: mean depth of the centre less the truth [m], NaN without one.
-        offset_std: how well it is known, the stated distance's own deviation included [m].
-        corrected: the same after the sensor model has undone what it can [m], NaN without a model.
-        spread: standard deviation of one depth in the centre, pixels and frames together [m].
-        residual: (h, w) mean depth less plane or scene [m], NaN beside it.
-        rms: of the residual [m], its own noise not taken out.
-    """
-
-    distance: float
-    truth: str
-    offset: float
-    offset_std: float
-    corrected: float
-    spread: float
-    residual: Image
-    rms: float
+    distance: float  # of the surface at the image's centre [m]
+    truth: str  # "distance_m", "scene" or "": then only the residual from the plane is known
+    offset: float  # mean depth of the centre less the truth [m], NaN without one
+    offset_std: float  # how well it is known, the stated distance's own deviation included [m]
+    corrected: float  # the same after the sensor model has undone what it can [m], NaN without a model
+    spread: float  # standard deviation of one depth in the centre, pixels and frames together [m]
+    residual: Image  # (h, w) mean depth less plane or scene [m], NaN beside it
+    rms: float  # of the residual [m], its own noise not taken out
 
 
 def bias_of(
@@ -48,7 +37,6 @@ def bias_of(
     """Bias of a stretch; None where nothing is known of the surface.
 
     Args:
-        sensor: the model that is known, or None.
         distance_std: standard deviation of a stated distance [m].
     """
     if surface.kind == "unknown":

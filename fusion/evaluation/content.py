@@ -5,7 +5,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Principle
 
 Array = NDArray[Any]
 

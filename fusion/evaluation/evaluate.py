@@ -52,32 +52,19 @@ class EvaluationSettings:
 
 @dataclass(frozen=True)
 class StretchLook:
-    """All that one still stretch says.
+    """All that one still stretch says."""
 
-    Attributes:
-        stretch: that was looked at.
-        still: statistics per pixel and over time.
-        surface: what should be seen.
-        bias: None where the surface is not known.
-        noise: of the target, None without one or with a single frame.
-        expected_sigma: what the sensor model says for the target [m], NaN without a model.
-        drift: of the centre.
-        quantization: of this stretch, None where too few levels occur.
-        reflectance: of the surface as `scene.json` states it, NaN where it does not.
-        tiles: shares, noise and offset in parts of the image.
-        valid, missing, outliers: shares in the surface's region; NaN when all of it moves.
-    """
-
-    stretch: Stretch
-    still: Still
-    surface: ExpectedSurface
-    bias: Bias | None
-    noise: TargetNoise | None
-    expected_sigma: float
-    drift: Drift
-    quantization: Quantization | None
-    reflectance: float
-    tiles: StretchTiles
+    stretch: Stretch  # that was looked at
+    still: Still  # statistics per pixel and over time
+    surface: ExpectedSurface  # what should be seen
+    bias: Bias | None  # None where the surface is not known
+    noise: TargetNoise | None  # of the target, None without one or with a single frame
+    expected_sigma: float  # what the sensor model says for the target [m], NaN without a model
+    drift: Drift  # of the centre
+    quantization: Quantization | None  # of this stretch, None where too few levels occur
+    reflectance: float  # of the surface as `scene.json` states it, NaN where it does not
+    tiles: StretchTiles  # shares, noise and offset in parts of the image
+    # valid, missing, outliers: shares in the surface's region; NaN when all of it moves
     valid: float
     missing: float
     outliers: float
@@ -96,27 +83,16 @@ class StretchLook:
 
 @dataclass(frozen=True)
 class Evaluation:
-    """The bench's findings.
+    """The bench's findings."""
 
-    Attributes:
-        camera: that made the recordings.
-        looks: one per still stretch.
-        shares: over depth, incidence and brightness, as far as each is known.
-        near: shortest usable distances.
-        quantization: over all stretches.
-        ambient: light estimated from the noise; None where it cannot be.
-        notes: what a reader should know.
-        sensor: the model compared with.
-    """
-
-    camera: Camera
-    looks: list[StretchLook]
-    shares: dict[str, Shares]
-    near: list[NearLimit]
-    quantization: Quantization | None
-    ambient: AmbientEstimate | None
-    notes: list[Note] = field(default_factory=list)
-    sensor: Sensor | None = None
+    camera: Camera  # that made the recordings
+    looks: list[StretchLook]  # one per still stretch
+    shares: dict[str, Shares]  # over depth, incidence and brightness, as far as each is known
+    near: list[NearLimit]  # shortest usable distances
+    quantization: Quantization | None  # over all stretches
+    ambient: AmbientEstimate | None  # light estimated from the noise; None where it cannot be
+    notes: list[Note] = field(default_factory=list)  # what a reader should know
+    sensor: Sensor | None = None  # the model compared with
 
     def __repr__(self) -> str:
         from fusion.evaluation.summary import summary  # which is about this class

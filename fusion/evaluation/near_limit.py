@@ -20,18 +20,13 @@ class SurfaceSeen:
 
 @dataclass(frozen=True)
 class NearLimit:
-    """Shortest usable distance of one kind of surface.
+    """Shortest usable distance of one kind of surface."""
 
-    Attributes:
-        surface: "bright", "dark" or "all".
-        distance: [m], interpolated where the valid share crosses 90 %; NaN when it never stays above.
-        interval: the distances measured on both sides of it [m]; (0, d) when the nearest is usable already.
-        distances, valid: what was measured, in order of distance.
-    """
-
-    surface: str
-    distance: float
+    surface: str  # "bright", "dark" or "all"
+    distance: float  # [m], interpolated where the valid share crosses 90 %; NaN when it never stays above
+    # the distances measured on both sides of it [m]; (0, d) when the nearest is usable already
     interval: tuple[float, float]
+    # distances, valid: what was measured, in order of distance
     distances: tuple[float, ...]
     valid: tuple[float, ...]
 

@@ -21,24 +21,15 @@ Array = NDArray[np.floating]
 
 @dataclass(frozen=True)
 class Quantization:
-    """Steps between neighbouring depths.
+    """Steps between neighbouring depths."""
 
-    Attributes:
-        depth: (k,) middle of each window of levels [m].
-        step: (k,) [m].
-        unit: one count of the file [m].
-        law: "z^2", "constant", "file" (every count occurs: the sensor's own step is not larger) or "unknown".
-        value: step at 1 m [m] for "z^2", the step [m] otherwise; NaN when unknown.
-        interval: 90 % of it [m].
-        exponent, exponent_std: of distance in the step.
-    """
-
-    depth: Array
-    step: Array
-    unit: float
-    law: str
-    value: float
-    interval: tuple[float, float]
+    depth: Array  # (k,) middle of each window of levels [m]
+    step: Array  # (k,) [m]
+    unit: float  # one count of the file [m]
+    law: str  # "z^2", "constant", "file" (every count occurs: the sensor's own step is not larger) or "unknown"
+    value: float  # step at 1 m [m] for "z^2", the step [m] otherwise; NaN when unknown
+    interval: tuple[float, float]  # 90 % of it [m]
+    # exponent, exponent_std: of distance in the step
     exponent: float
     exponent_std: float
 
@@ -52,7 +43,6 @@ def quantization_of(views: Sequence[NDArray[np.int64]], depth_scale: float) -> Q
 
     Args:
         views: how often each count of the file occurs, per view: walls at several distances share no levels.
-        depth_scale: counts per metre.
     Returns: None where too little occurs.
     """
     found = np.array([step for counts in views for step in _steps(counts)]).reshape(-1, 2) / depth_scale

@@ -28,25 +28,15 @@ Image = NDArray[np.floating]
 
 @dataclass(frozen=True)
 class ExpectedSurface:
-    """What should be seen.
+    """What should be seen."""
 
-    Attributes:
-        kind: "scene", "plane", "distance" or "unknown"; with the last, `depth` is what is usually measured.
-        depth: (h, w) along every pixel's ray [m], NaN where nothing is known.
-        incidence: (h, w) between ray and normal [rad], NaN where not known.
-        region: (h, w) pixels in which values are expected and counted.
-        target: the flat target, where it is one that stands free or fills the view.
-        plane_distance: of the fitted plane on the optical axis [m]; NaN without one.
-        stated: distance on the optical axis as it was measured otherwise [m]; NaN when it was not.
-    """
-
-    kind: str
-    depth: Image
-    incidence: Image
-    region: NDArray[np.bool_]
-    target: FlatTarget | None = None
-    plane_distance: float = float("nan")
-    stated: float = float("nan")
+    kind: str  # "scene", "plane", "distance" or "unknown"; with the last, `depth` is what is usually measured
+    depth: Image  # (h, w) along every pixel's ray [m], NaN where nothing is known
+    incidence: Image  # (h, w) between ray and normal [rad], NaN where not known
+    region: NDArray[np.bool_]  # (h, w) pixels in which values are expected and counted
+    target: FlatTarget | None = None  # the flat target, where it is one that stands free or fills the view
+    plane_distance: float = float("nan")  # of the fitted plane on the optical axis [m]; NaN without one
+    stated: float = float("nan")  # distance on the optical axis as it was measured otherwise [m]; NaN when it was not
 
     @property
     def distance(self) -> float:
@@ -58,11 +48,7 @@ class ExpectedSurface:
 
 
 def surface_of(sample: StretchSample, camera: Camera) -> ExpectedSurface:
-    """The best known surface of a stretch.
-
-    Raises:
-        FusionError: no frame has depth and nothing is stated.
-    """
+    """The best known surface of a stretch. FusionError: no frame has depth and nothing is stated."""
     stated = sample.stretch.telemetry("distance_m")
     if np.isfinite(stated) and not stated > 0:
         raise FusionError("the stated distance is not usable", sample.stretch.name, f"{stated:g} m", "above 0 m")

@@ -7,14 +7,26 @@ msgspec 0.22 frees the pattern twice, and Python crashes at its end; say it in `
 
 import re
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeVar
 
 import msgspec
+from msgspec import Meta
 
 from fusion.errors import FusionError
 from fusion.files.json_file import shown
 from fusion.files.places import Place, at, place_words
 from fusion.files.schema import Node, expectation, holds_objects, ignored, keys_at, node_at, schema_of
+
+FARTHEST_M = 1e7  # of a place: the coordinates of any map on Earth
+
+Name = Annotated[str | int | None, Meta(description="for people")]
+Whole = Annotated[float, Meta(multiple_of=1)]  # a float: 640.0 is a whole number in JSON
+FileName = Annotated[str, Meta(min_length=1, description="a file's name")]
+Metres = Annotated[float, Meta(gt=-FARTHEST_M, lt=FARTHEST_M)]
+Point = Annotated[tuple[Metres, Metres, Metres], Meta(description="three numbers [m], below 1e7")]
+_Row = tuple[Metres, Metres, Metres, Metres]
+Rigid = Annotated[tuple[_Row, _Row, _Row, _Row], Meta(description="a rigid 4x4 matrix, metres, below 1e7")]
+
 
 T = TypeVar("T")
 
@@ -26,21 +38,13 @@ _NOTHING = object()
 
 @dataclass(frozen=True)
 class Content:
-    """A JSON value, and how it is named in messages.
+    """A JSON value, and how it is named in messages."""
 
-    Attributes:
-        value: as `read_json` gives it.
-        where: the file.
-        of: whose fields they are: "the camera".
-        error: the kind of error to raise.
-        do: what the user can do about a wrong value.
-    """
-
-    value: Any
-    where: object
-    of: str = "the file"
-    error: type[FusionError] = FusionError
-    do: str = ""
+    value: Any  # as `read_json` gives it
+    where: object  # the file
+    of: str = "the file"  # whose fields they are: "the camera"
+    error: type[FusionError] = FusionError  # the kind of error to raise
+    do: str = ""  # what the user can do about a wrong value
 
     def as_type(self, kind: type[T]) -> T:
         """The value as one of this type. Raises `error`: what is wrong at which key, what was found and expected."""

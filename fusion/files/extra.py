@@ -12,14 +12,8 @@ def extra(module: str, name: str, what: str, where: object, error: type[FusionEr
     """A module that one of the package's extras brings.
 
     Args:
-        module: as it is imported.
         name: the extra, as `pip install "fusion-scan[name]"` takes it.
         what: what needs it, as the message begins.
-        where: the file.
-        error: the kind of error to raise.
-
-    Raises:
-        FusionError: of the kind `error`: the module is not installed.
     """
     try:
         return importlib.import_module(module)

@@ -22,9 +22,6 @@ def inside(folder: Path, name: str, error: type[FusionError] = FusionError, wher
     """The path of a file that a text in `folder` names; also where a link leads must lie in that folder.
 
     Args:
-        folder: what the name is relative to.
-        name: as it stands in the file.
-        error: the kind of error to raise.
         where: the file that names it, for the message; the folder when it is left out.
 
     Raises:

@@ -26,8 +26,6 @@ def read_json(path: Path | str, error: type[FusionError] = FusionError, what: st
 
     Args:
         path: a regular file of UTF-8 or marked UTF-16 text.
-        error: the kind of error to raise.
-        what: what the file is, as messages begin: "the camera file".
 
     Raises:
         FusionError: of the kind asked for: the file cannot be read, is no JSON object, holds a key twice, a number

@@ -19,12 +19,6 @@ def check_size(size: float, path: object, error: type[FusionError] = FusionError
 
     Args:
         size: what it takes when it is read [bytes].
-        path: named in the message.
-        error: the kind of error to raise.
-        what: what is too large, as the message begins.
-
-    Raises:
-        FusionError: of the kind asked for.
     """
     if size > _allowed * 1e9:
         found, expected = f"{size / 1e9:.3g} GB", f"at most {_allowed:g} GB"

@@ -44,9 +44,6 @@ def read_npz(
     """The arrays of a `.npz` file by their name, unpacked only where all of them fit into what is allowed.
 
     Args:
-        path: the file.
-        error: the kind of error to raise.
-        what: what the file is, as messages begin.
         only: the one array that is wanted where there are several; the only one whatever its name.
 
     Raises:

@@ -20,9 +20,6 @@ def open_regular(
     """A regular file of a size that is allowed, opened for reading; a pipe or a device is refused without a wait.
 
     Args:
-        path: the file.
-        error: the kind of error to raise.
-        what: what the file is, as messages begin.
         takes: bytes in memory for each of the file.
 
     Raises:

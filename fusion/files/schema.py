@@ -1,7 +1,7 @@
 """What a JSON schema says, in words, at any place of a file: messages and published schemas have one source."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from difflib import get_close_matches
 from functools import cache
 from typing import Any
@@ -132,7 +132,7 @@ def _words(option: Node, found: Any) -> str:
     return ("a whole number" if whole else "a number") + _bounds(option)
 
 
-def one_of(names: list[str], found: Any) -> str:
+def one_of(names: Sequence[str], found: Any) -> str:
     """Which names are known, in one short line: of many those that are like what was found."""
     quoted = [f'"{name}"' for name in names]
     if len(names) <= MOST_NAMES:

@@ -24,19 +24,13 @@ COPIES = "__MACOSX/"  # what a Mac puts beside the files when it packs them
 
 @dataclass(frozen=True)
 class Tree:
-    """A folder on disk, or in a zip archive.
+    """A folder on disk, or in a zip archive."""
 
-    Attributes:
-        path: the folder or the archive.
-        root: where the content begins in the archive, "" or "name/".
-        members: of an archive, by their name below the root; None for a folder.
-        error: the kind of error to raise.
-    """
-
-    path: Path
-    root: str = ""
+    path: Path  # the folder or the archive
+    root: str = ""  # where the content begins in the archive, "" or "name/"
+    # of an archive, by their name below the root; None for a folder
     members: Mapping[str, zipfile.ZipInfo] | None = field(default=None, repr=False)
-    error: type[FusionError] = FusionError
+    error: type[FusionError] = FusionError  # the kind of error to raise
 
     def has(self, name: str) -> bool:
         """True where there is a file of this name, such as "depth/0.png"."""
@@ -109,8 +103,6 @@ def open_tree(path: Path, error: type[FusionError], marker: str) -> Tree:
     """The tree of a folder or of a zip archive.
 
     Args:
-        path: the folder or archive.
-        error: the kind of error to raise.
         marker: a file or the beginning of a name that the content has; a folder that was packed with its own name is
             found by it.
 

@@ -1,6 +1,7 @@
 """A camera: pinhole with OpenCV's lens distortion. Pixel (0, 0) is the centre of the top-left pixel."""
 
 from dataclasses import dataclass, field, replace
+from enum import StrEnum
 from functools import lru_cache
 
 import cv2
@@ -9,7 +10,28 @@ from numpy.typing import NDArray
 
 from fusion.geometry.lens import beyond, straightened
 from fusion.geometry.pose import Array
-from fusion.geometry.principle import Principle
+
+
+class Principle(StrEnum):
+    """How a depth camera finds a distance; its values are the words of files."""
+
+    STRUCTURED_LIGHT = "structured_light"
+    TIME_OF_FLIGHT = "itof"  # indirect: by the phase of modulated light
+    ACTIVE_STEREO = "active_stereo"
+    UNKNOWN = "unknown"
+
+    @property
+    def triangulates(self) -> bool:
+        """True where it measures disparities, so that errors are native in pixels."""
+        return self in TRIANGULATING
+
+    def or_else(self, other: "Principle") -> "Principle":
+        """This one, or another where this is not known."""
+        return other if self == Principle.UNKNOWN else self
+
+
+TRIANGULATING = (Principle.STRUCTURED_LIGHT, Principle.ACTIVE_STEREO)
+
 
 OUTSIDE = -1e9  # [px] where a point is that no pixel can show
 

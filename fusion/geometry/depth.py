@@ -12,21 +12,14 @@ Image = NDArray[np.float32]
 
 @dataclass(frozen=True)
 class PointMap:
-    """What a depth image says about the surface, in camera coordinates.
+    """What a depth image says about the surface, in camera coordinates."""
 
-    Attributes:
-        camera: the camera whose pixels these are.
-        points: (h, w, 3) [m], NaN where missing.
-        normals: (h, w, 3) unit vectors towards the camera, NaN where unknown.
-        sigma: (h, w) standard deviation of the depth [m]; NaN where missing.
-        incidence: (h, w) angle between the line of sight and the normal [rad], NaN where that is unknown; None for what
-            a model shows.
-    """
-
-    camera: Camera
-    points: Image
-    normals: Image
-    sigma: Image
+    camera: Camera  # the camera whose pixels these are
+    points: Image  # (h, w, 3) [m], NaN where missing
+    normals: Image  # (h, w, 3) unit vectors towards the camera, NaN where unknown
+    sigma: Image  # (h, w) standard deviation of the depth [m]; NaN where missing
+    # (h, w) angle between the line of sight and the normal [rad], NaN where that is unknown; None for what a model
+    # shows
     incidence: Image | None = None
 
 
@@ -38,7 +31,6 @@ def point_map(depth: Image, camera: Camera, sigma: Image | float = 0.002) -> Poi
 
     Args:
         depth: (h, w) [m], NaN where missing.
-        camera: its camera.
         sigma: (h, w) or one standard deviation of the depth [m].
     """
     from fusion.geometry.relief import relief  # Taichi starts with the first image

@@ -9,9 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.compute.arrays import F32
 from fusion.compute.choice import either
-from fusion.compute.language import func, kernel, ti
+from fusion.compute.language import F32, func, kernel, ti
 from fusion.compute.spare import Spare
 from fusion.compute.start import start
 from fusion.geometry.camera import Camera
@@ -34,17 +33,12 @@ X, Y, DEPTH, ALONG, SMOOTH, ANGLE = range(6)
 
 @dataclass(frozen=True)
 class _Planes:
-    """Flat images with a margin: pixel (v, u) is entry (v + RADIUS) * stride + LANES + u.
+    """Flat images with a margin: pixel (v, u) is entry (v + RADIUS) * stride + LANES + u."""
 
-    Attributes:
-        flat: all six, one behind the other, as kernels take them: X, Y, DEPTH, ALONG, SMOOTH and ANGLE.
-        images: (6, h, w) views of what lies within the margins.
-        across: groups of eight pixels per row.
-    """
-
+    # all six, one behind the other, as kernels take them: X, Y, DEPTH, ALONG, SMOOTH and ANGLE
     flat: NDArray[np.float32]
-    images: NDArray[np.float32]
-    across: int
+    images: NDArray[np.float32]  # (6, h, w) views of what lies within the margins
+    across: int  # groups of eight pixels per row
 
 
 def _planes(camera: Camera) -> _Planes:
@@ -70,7 +64,6 @@ def relief(
 
     Args:
         depth: NaN where missing.
-        camera: its camera.
         sigma: (h, w) standard deviation of the depth [m].
         step: differences of depth above about this are steps, not noise [m].
     """

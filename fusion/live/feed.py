@@ -22,7 +22,6 @@ class Feed:
     step by step waits instead.
 
     Args:
-        source: the camera.
         paused: begin with a pause.
         clock: [s] by which the view goes; another one than the machine's plays a busy or a quick one.
     """

@@ -40,17 +40,11 @@ TELLING = np.deg2rad(3.0)  # a turn from which on its direction tells the axis (
 
 @dataclass(frozen=True)
 class Placed:
-    """A frame in the model.
+    """A frame in the model."""
 
-    Attributes:
-        tracked: where, or why not.
-        weak: fewer points fit than usual, or they leave a motion open.
-        distance: median depth of the object [m].
-    """
-
-    tracked: Tracked
-    weak: bool
-    distance: float
+    tracked: Tracked  # where, or why not
+    weak: bool  # fewer points fit than usual, or they leave a motion open
+    distance: float  # median depth of the object [m]
 
 
 class Grower:

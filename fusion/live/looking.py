@@ -17,7 +17,7 @@ FEWEST, MOST = 8, 24  # of them: `find_moving` takes from 6; more tell nothing n
 # pixels of the images that are compared, at least: of 640 a look takes half a second; of 160 it lost the upper half of
 # an object to noise (measured)
 ACROSS = 320
-MARGIN = 0.015  # [m] around what has moved, as around what turns in a whole recording
+MARGIN = 0.015  # [m] around what has moved, as around what turns in a whole recording: of mixed pixels
 AGAIN = 1.5  # it is looked again when so many times as many were shown: a look takes half a second (measured)
 PUT_OFF = 2.0  # times as many frames where the view is late, and what turns is known (a guess)
 SURE = 2  # looks that must have found it before a model begins: the first may know a part, and later frames miss that

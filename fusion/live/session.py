@@ -40,7 +40,6 @@ def record_live(
 
     Args:
         path, place: as `fill_recorded` takes them.
-        settings: of the recording.
         shown: a view; None: a line of text.
 
     Raises:

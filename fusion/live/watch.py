@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.devices.source import SourceFrame
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Principle
 from fusion.live.feed import FEW, WAITING, Feed
 from fusion.live.grow import Grower, Placed
 from fusion.live.state import LiveState

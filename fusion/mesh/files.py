@@ -5,7 +5,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fusion.errors import FusionError, MeshError
 from fusion.files.limits import check_size
@@ -147,14 +146,10 @@ def _exists(path: Path) -> bool:
         return False
 
 
-def _misfits(mesh: Mesh) -> NDArray[np.bool_]:
-    return np.asarray(((mesh.faces < 0) | (mesh.faces >= len(mesh.vertices))).any(axis=1))
-
-
 def _checked(mesh: Mesh, path: Path) -> tuple[Mesh, list[str]]:
     if not len(mesh.vertices):
         raise MeshError("the mesh is empty or damaged", path, "no vertices", "a mesh or point cloud")
-    bad = int(_misfits(mesh).sum())
+    bad = int(((mesh.faces < 0) | (mesh.faces >= len(mesh.vertices))).any(axis=1).sum())
     if bad:
         found = f"{bad} faces that name other vertices"
         raise MeshError("faces do not fit the vertices", path, found, f"indices 0 to {len(mesh.vertices) - 1}")

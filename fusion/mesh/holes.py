@@ -16,23 +16,15 @@ BASE = 0.1  # share of the height, from below, in which at least half of the bor
 
 @dataclass(frozen=True)
 class Hole:
-    """One closed border, as if a fan of triangles around its centre closed it.
+    """One closed border, as if a fan of triangles around its centre closed it."""
 
-    Attributes:
-        perimeter: [m].
-        area: of the fan [m^2].
-        volume: signed volume of the cone from the origin over the fan [m^3].
-        centre: (3,) mean of its corners [m].
-        outwards: (3,) unit vector out of the body through the hole; zeros for a border without an area.
-        where: "bottom", "top" or "side".
-    """
-
-    perimeter: float
-    area: float
-    volume: float
-    centre: tuple[float, float, float]
+    perimeter: float  # [m]
+    area: float  # of the fan [m^2]
+    volume: float  # signed volume of the cone from the origin over the fan [m^3]
+    centre: tuple[float, float, float]  # (3,) mean of its corners [m]
+    # (3,) unit vector out of the body through the hole; zeros for a border without an area
     outwards: tuple[float, float, float]
-    where: str
+    where: str  # "bottom", "top" or "side"
 
 
 def holes(mesh: Mesh, up: Array) -> tuple[Hole, ...]:

@@ -90,6 +90,6 @@ class Mesh:
 
     def _repr_png_(self) -> bytes | None:
         """A picture for notebooks, from both sides, z up."""
-        from fusion.mesh.drawing.picture import png
+        from fusion.mesh.drawing.shading import png
 
         return png(self)

@@ -16,30 +16,22 @@ OPEN = 0.1  # share of the surface missing elsewhere than at the bottom from whi
 
 @dataclass(frozen=True)
 class MeshShape:
-    """A mesh in numbers.
+    """A mesh in numbers."""
 
-    Attributes:
-        vertices, triangles: how many.
-        size: width, depth and height of the smallest upright box around it [m], the longer side first; it does not
-            depend on how the mesh is turned about the upright direction.
-        area: of the surface [m^2].
-        volume: enclosed [m^3] once every hole is closed by a fan of triangles (the open bottom nearly flat); None where
-            too much is missing for it to mean anything.
-        holes: the longest border first.
-        fragments: connected parts.
-        largest_share: share of the surface in the largest part.
-        crumb_share: share of the surface in parts that hold less than `CRUMB` of it each.
-    """
-
+    # vertices, triangles: how many
     vertices: int
     triangles: int
+    # width, depth and height of the smallest upright box around it [m], the longer side first; it does not depend on
+    # how the mesh is turned about the upright direction
     size: tuple[float, float, float]
-    area: float
+    area: float  # of the surface [m^2]
+    # enclosed [m^3] once every hole is closed by a fan of triangles (the open bottom nearly flat); None where too much
+    # is missing for it to mean anything
     volume: float | None
-    holes: tuple[Hole, ...]
-    fragments: int
-    largest_share: float
-    crumb_share: float = 0.0
+    holes: tuple[Hole, ...]  # the longest border first
+    fragments: int  # connected parts
+    largest_share: float  # share of the surface in the largest part
+    crumb_share: float = 0.0  # share of the surface in parts that hold less than `CRUMB` of it each
 
     @property
     def bottom_open(self) -> bool:

@@ -69,14 +69,10 @@ class TableFile(Struct):
 
 @dataclass(frozen=True)
 class ResultReading:
-    """How the recording of a result is to be read where it does not say so itself.
+    """How the recording of a result is to be read where it does not say so itself."""
 
-    Attributes:
-        sensor: None takes what the scan used, if that is known by name.
-        camera, topic: as `open_recording` takes them.
-    """
-
-    sensor: Sensor | None = None
+    sensor: Sensor | None = None  # None takes what the scan used, if that is known by name
+    # camera, topic: as `open_recording` takes them
     camera: Any = None
     topic: str | None = None
 

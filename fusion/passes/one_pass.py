@@ -79,29 +79,20 @@ class Pass:
 
 @dataclass(frozen=True)
 class Made:
-    """What a scan says of itself that is needed to load its frames again.
+    """What a scan says of itself that is needed to load its frames again."""
 
-    Attributes:
-        trajectory: (n) `T_object_camera` of every frame of the recording.
-        mesh: with normals.
-        focal, centre: fx, fy and cx, cy of the camera that was used [px].
-        region: where the object was found.
-        mask: a PNG or a folder of them; None: none was used.
-        voxel, truncation: [m].
-        table: as in `turntable.json`.
-        taken_out: errors of depth that the scan itself showed.
-    """
-
-    trajectory: Trajectory
-    mesh: Mesh
+    trajectory: Trajectory  # (n) `T_object_camera` of every frame of the recording
+    mesh: Mesh  # with normals
+    # focal, centre: fx, fy and cx, cy of the camera that was used [px]
     focal: tuple[float, float]
     centre: tuple[float, float]
-    region: Region
-    mask: Path | None
+    region: Region  # where the object was found
+    mask: Path | None  # a PNG or a folder of them; None: none was used
+    # voxel, truncation: [m]
     voxel: float
     truncation: float
-    table: dict[str, Any]
-    taken_out: SelfCheck
+    table: dict[str, Any]  # as in `turntable.json`
+    taken_out: SelfCheck  # errors of depth that the scan itself showed
 
 
 def pass_of_scan(recording: Recording, scan: Scan, settings: ScanSettings) -> Pass:

@@ -25,25 +25,17 @@ OPEN = (0.02, 0.1)
 
 @dataclass(frozen=True)
 class PassPair:
-    """How a pass lies to an earlier one in the merge.
+    """How a pass lies to an earlier one in the merge."""
 
-    Attributes:
-        onto: index of the earlier one.
-        overlap: share of both surfaces that lies on each other.
-        through: share that lies where the other pass looked through.
-        rms: distance of the surfaces where both saw [m].
-        score: overlap, less five times `through`; `second_score`: of the next best way to lie, -1 where there is none.
-        symmetric: by shape alone the next best is as good.
-        colors: correlation of the colours, and of the next best way, where they decided; else None.
-    """
-
-    onto: int
-    overlap: float
-    through: float
-    rms: float
+    onto: int  # index of the earlier one
+    overlap: float  # share of both surfaces that lies on each other
+    through: float  # share that lies where the other pass looked through
+    rms: float  # distance of the surfaces where both saw [m]
+    # overlap, less five times `through`; `second_score`: of the next best way to lie, -1 where there is none
     score: float
     second_score: float
-    symmetric: bool
+    symmetric: bool  # by shape alone the next best is as good
+    # correlation of the colours, and of the next best way, where they decided; else None
     colors: tuple[float, float] | None
 
     def values(self) -> dict[str, float | tuple[float, ...] | None]:

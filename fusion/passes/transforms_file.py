@@ -7,9 +7,8 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from fusion.errors import FusionError
-from fusion.files.content import Content
+from fusion.files.content import Content, Rigid
 from fusion.files.json_file import read_json
-from fusion.files.values import Rigid
 from fusion.geometry.pose import is_rigid
 
 

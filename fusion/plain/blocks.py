@@ -7,9 +7,8 @@ pixel with a DDA, here it is the box around the piece of the pixel's frustum, so
 
 import numpy as np
 
-from fusion.compute.arrays import F32, F32_2, F32_3, I32, I64
 from fusion.compute.cards.memory import fetch, filled, filled_in
-from fusion.compute.language import kernel, ti
+from fusion.compute.language import F32, F32_2, F32_3, I32, I64, kernel, ti
 from fusion.plain.field import block_at, key_of
 from fusion.plain.view import moved, numbers
 from fusion.volume.hashing import Hash

@@ -8,8 +8,7 @@ that its noise gives it and by Tukey's biweight. Summed up: J^T W J x = -J^T W r
 
 import numpy as np
 
-from fusion.compute.arrays import F32, F32_2, F32_3, F64_2
-from fusion.compute.language import kernel, ti
+from fusion.compute.language import F32, F32_2, F32_3, F64_2, kernel, ti
 from fusion.compute.start import start
 from fusion.geometry.robust import CUT, MAD_TO_STD
 from fusion.plain.view import moved, numbers, pixel, turned

@@ -11,9 +11,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from fusion.compute.arrays import F32, F32_2, F32_3, U8_3
 from fusion.compute.cards.memory import filled_in, read_only
-from fusion.compute.language import func, kernel, ti
+from fusion.compute.language import F32, F32_2, F32_3, U8_3, func, kernel, ti
 from fusion.geometry.pose import inverse
 from fusion.plain.blocks import add_missing, measured
 from fusion.plain.view import moved, numbers, pixel

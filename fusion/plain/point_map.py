@@ -8,8 +8,7 @@ Points are K^-1 [u, v, 1] z; normals the cross product of differences of points,
 
 import numpy as np
 
-from fusion.compute.arrays import F32_2, F32_3
-from fusion.compute.language import func, kernel, ti
+from fusion.compute.language import F32_2, F32_3, func, kernel, ti
 from fusion.compute.start import start
 
 RADIUS = 4  # of the smoothing [px]

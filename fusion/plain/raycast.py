@@ -7,8 +7,7 @@ that nothing is near; where the sign changes, the place in between; its normal i
 
 import numpy as np
 
-from fusion.compute.arrays import F32, F32_2, F32_3, I32, I32_2, I64, U8_3
-from fusion.compute.language import func, kernel, ti
+from fusion.compute.language import F32, F32_2, F32_3, I32, I32_2, I64, U8_3, func, kernel, ti
 from fusion.plain.field import block_at, field, place
 from fusion.plain.view import moved, numbers, turned
 from fusion.volume.raycasting.raycast import Raycast

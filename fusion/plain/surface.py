@@ -8,8 +8,7 @@ row. Edges that several triangles use become one vertex.
 
 import numpy as np
 
-from fusion.compute.arrays import F32, F32_2, F32_3, F64_2, I32, I32_2, I64, I64_2, U8_2
-from fusion.compute.language import func, kernel, ti
+from fusion.compute.language import F32, F32_2, F32_3, F64_2, I32, I32_2, I64, I64_2, U8_2, func, kernel, ti
 from fusion.mesh.mesh import Mesh
 from fusion.plain.field import place, voxel
 from fusion.volume.extraction import cubes

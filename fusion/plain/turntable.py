@@ -11,8 +11,7 @@ complement", Triggs et al. 2000, Bundle Adjustment - A Modern Synthesis, section
 
 import numpy as np
 
-from fusion.compute.arrays import F32_2, F64, F64_2, I32
-from fusion.compute.language import func, kernel, ti
+from fusion.compute.language import F32_2, F64, F64_2, I32, func, kernel, ti
 from fusion.turntable.model.cells import CUT
 from fusion.turntable.model.meeting import ANGLE, HEIGHT, RESIDUAL, SHARED, SIGMA, SPOILT
 

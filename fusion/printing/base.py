@@ -11,7 +11,9 @@ from fusion.mesh.mesh import Mesh
 
 Array = NDArray[np.float64]
 UP = np.array([0.0, 0.0, 1.0])
-PLATE = 0.010  # [m] a border so near above z = 0 stood on the plate that a turntable scan has there (guess)
+# [m] a border so near above z = 0 stood on the plate that a turntable scan has there (guess); absolute: what is cut off
+# with a plate follows the camera's noise, not the object's size
+PLATE = 0.010
 STEEPEST = 1.0  # inwards or outwards for each step down: farther on than at 45 degrees a flank is not followed (guess)
 FLANK = 9  # corners of a border whose normals together tell how its flank goes on
 SAME = 1e-6  # [m] between the centre of a hole and that of its border

@@ -31,26 +31,17 @@ REAL = 0.05  # least share of seen vertices of a part: the surface may close on 
 
 @dataclass(frozen=True)
 class ClosedMesh:
-    """A closed mesh.
+    """A closed mesh."""
 
-    Attributes:
-        mesh: with the scalar "closed"; other scalars and colours are those of the nearest vertex that was seen, NaN
-            and grey where it was closed.
-        closed_area: of what was closed [m^2].
-        area: of all [m^2].
-    """
-
+    # with the scalar "closed"; other scalars and colours are those of the nearest vertex that was seen, NaN and grey
+    # where it was closed
     mesh: Mesh
-    closed_area: float
-    area: float
+    closed_area: float  # of what was closed [m^2]
+    area: float  # of all [m^2]
 
 
 def close_holes(mesh: Mesh) -> ClosedMesh:
-    """Close a mesh that stands upright, z up.
-
-    Raises:
-        MeshError: it has no triangles, or no closed surface comes of it.
-    """
+    """Close a mesh that stands upright, z up. MeshError: it has no triangles, or no closed surface comes of it."""
     if not len(mesh.faces):
         raise MeshError("a point cloud cannot be closed", found="no triangles", expected="a mesh")
     normals = vertex_normals(mesh) if mesh.normals is None else mesh.normals.astype(float)

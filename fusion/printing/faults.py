@@ -19,24 +19,15 @@ INWARDS = 1e-6  # [m] where rays into the wall begin
 
 @dataclass(frozen=True)
 class Faults:
-    """What was found.
-
-    Attributes:
-        thin_share: share of the surface whose wall is thinner than `thin` [m].
-        thinnest: the thinnest place [m]; inf where no wall was met.
-        crossing: how many triangles another part of the surface passes through.
-        solid: whether manifold3d takes it for a valid solid; None where it is not installed.
-        why: its word where it does not, or why it was not asked.
-        volume: enclosed [m^3].
-    """
+    """What was found."""
 
     thin: float
-    thin_share: float
-    thinnest: float
-    crossing: int
-    solid: bool | None
-    why: str
-    volume: float
+    thin_share: float  # share of the surface whose wall is thinner than `thin` [m]
+    thinnest: float  # the thinnest place [m]; inf where no wall was met
+    crossing: int  # how many triangles another part of the surface passes through
+    solid: bool | None  # whether manifold3d takes it for a valid solid; None where it is not installed
+    why: str  # its word where it does not, or why it was not asked
+    volume: float  # enclosed [m^3]
 
 
 def faults_of(mesh: Mesh, thin: float = THIN) -> Faults:

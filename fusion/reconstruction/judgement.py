@@ -5,9 +5,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fusion.results.frames_light import frames_light
 from fusion.results.judgement import Judgement
-from fusion.results.light import Light, level, worst_first
+from fusion.results.light import Light, frames_light, level, worst_first
 
 if TYPE_CHECKING:
     from fusion.reconstruction.result import Reconstruction

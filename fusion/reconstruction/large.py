@@ -29,20 +29,14 @@ UNBOUNDED = 1 << 60  # bytes
 
 @dataclass(frozen=True)
 class Large:
-    """What became of it.
+    """What became of it."""
 
-    Attributes:
-        overview: a reconstruction in larger voxels: poses, judgement and page come from it.
-        voxel, truncation: of the mesh that was written [m].
-        mesh: how large that is.
-        tiles: pieces that it was made of.
-    """
-
-    overview: Reconstruction
+    overview: Reconstruction  # a reconstruction in larger voxels: poses, judgement and page come from it
+    # voxel, truncation: of the mesh that was written [m]
     voxel: float
     truncation: float
-    mesh: Streamed
-    tiles: int
+    mesh: Streamed  # how large that is
+    tiles: int  # pieces that it was made of
 
 
 def reconstruct_large(

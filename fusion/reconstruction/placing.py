@@ -26,20 +26,14 @@ class Placer:
 
     Where tracking has lost the camera and does not find it again, a new piece begins, with a model of its own: where it
     lies to those before is found out later, by what both saw.
-
-    Attributes:
-        volume: the model of the present piece.
-        piece: its number.
-        keyframes: of all pieces.
-        shares: of the points of the frames so far that fitted.
     """
 
     recording: Recording
     settings: ReconstructSettings
-    volume: Volume
-    piece: int = 0
-    keyframes: Keyframes = field(default_factory=Keyframes)
-    shares: list[float] = field(default_factory=list)
+    volume: Volume  # the model of the present piece
+    piece: int = 0  # its number
+    keyframes: Keyframes = field(default_factory=Keyframes)  # of all pieces
+    shares: list[float] = field(default_factory=list)  # of the points of the frames so far that fitted
     tracker: Tracker = field(init=False)
 
     def __post_init__(self) -> None:

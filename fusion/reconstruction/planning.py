@@ -25,19 +25,12 @@ MUCH = 0.25  # of the memory for one view alone: a scan shows several times as m
 
 @dataclass(frozen=True)
 class Plan:
-    """How a recording is fused.
+    """How a recording is fused."""
 
-    Attributes:
-        subject: what is scanned.
-        reason: why it is taken for an object or a room.
-        volume: voxels, truncation, limits.
-        warnings: (severity, sentence).
-    """
-
-    subject: Subject
-    reason: str
-    volume: VolumeSettings
-    warnings: tuple[tuple[str, str], ...] = ()
+    subject: Subject  # what is scanned
+    reason: str  # why it is taken for an object or a room
+    volume: VolumeSettings  # voxels, truncation, limits
+    warnings: tuple[tuple[str, str], ...] = ()  # (severity, sentence)
 
     @property
     def kind(self) -> str:

@@ -8,16 +8,15 @@ from numpy.typing import NDArray
 
 from fusion.certainty.sigma import Sure
 from fusion.geometry.trajectory import Trajectory
-from fusion.mesh.drawing.picture import png
+from fusion.mesh.drawing.shading import png
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.shape import shape_of
 from fusion.reconstruction.judgement import judge
 from fusion.results.choices import ReconstructionChoices
-from fusion.results.course import Course
+from fusion.results.course import Course, OffCourse
 from fusion.results.facts import ScanFacts, SureFacts, median_of, rms_of
 from fusion.results.judgement import Judgement
 from fusion.results.light import Light
-from fusion.results.off_course import OffCourse
 from fusion.volume.volume import Volume
 
 

@@ -62,21 +62,13 @@ class WalkedFrames:
 
 @dataclass(frozen=True)
 class Walk:
-    """What one walk gave.
+    """What one walk gave."""
 
-    Attributes:
-        results: (n) of the frames.
-        pieces: (n,) of the trajectory that each belongs to.
-        keyframes: that stand for all.
-        volume: of the last piece.
-        plan: how it was fused.
-    """
-
-    results: list[Tracked]
-    pieces: NDArray[np.int64]
-    keyframes: list[Keyframe]
-    volume: Volume
-    plan: Plan
+    results: list[Tracked]  # (n) of the frames
+    pieces: NDArray[np.int64]  # (n,) of the trajectory that each belongs to
+    keyframes: list[Keyframe]  # that stand for all
+    volume: Volume  # of the last piece
+    plan: Plan  # how it was fused
 
 
 def track(frames: WalkedFrames, settings: ReconstructSettings, plan: Plan) -> Walk:

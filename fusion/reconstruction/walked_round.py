@@ -37,15 +37,10 @@ class StandingView:
 
 @dataclass(frozen=True)
 class Round:
-    """What a camera goes round.
+    """What a camera goes round."""
 
-    Attributes:
-        subject: an object; its size, distance and noise are those of what stays in the picture.
-        middle: (3,) of it in the world [m].
-    """
-
-    subject: Subject
-    middle: Array
+    subject: Subject  # an object; its size, distance and noise are those of what stays in the picture
+    middle: Array  # (3,) of it in the world [m]
 
 
 def walked_round(views: Sequence[StandingView]) -> Round | None:

@@ -13,8 +13,7 @@ from fusion.geometry.trajectory import Trajectory
 from fusion.recording.cameras.own_cameras import color_in_pixels, depth_in, nearest_in
 from fusion.recording.cameras.turned import found_turn, turned
 from fusion.recording.images.read import check_shape
-from fusion.recording.recording import Frame, Recording
-from fusion.recording.streams import FrameStreams
+from fusion.recording.recording import Frame, FrameStreams, Recording
 
 # counts per metre of depth that is stored in metres, for what is written of it: TUM's, 0.2 mm up to 13 m
 REAL_SCALE = 5000.0

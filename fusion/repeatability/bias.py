@@ -9,17 +9,11 @@ from fusion.repeatability.repeat import Repeat
 
 @dataclass(frozen=True)
 class Apart:
-    """The error of a scan in two parts, root mean squares over the surface [m].
+    """The error of a scan in two parts, root mean squares over the surface [m]."""
 
-    Attributes:
-        bias: of the mean of all scans against the reference, less what is left of the spread in it.
-        spread: repeatability standard deviation.
-        scans: how many.
-    """
-
-    bias: float
-    spread: float
-    scans: int
+    bias: float  # of the mean of all scans against the reference, less what is left of the spread in it
+    spread: float  # repeatability standard deviation
+    scans: int  # how many
 
     @property
     def single(self) -> float:

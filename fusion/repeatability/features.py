@@ -16,7 +16,8 @@ from fusion.repeatability.forms import Form, Plane, Sphere, form_error, refit
 
 Array = NDArray[np.float64]
 FINDING, MEASURING = 12_000, 60_000  # points on a surface
-WIDTH, LEAST = 4.0, 5e-4  # of the spread, and [m]: how far a point may lie off a form that is looked for (guess)
+# of the spread, and [m], half a count of most files: how far a point may lie off a form that is looked for (guess)
+WIDTH, LEAST = 4.0, 5e-4
 REACH = 2.0  # times that: points of a scan that belong to a form
 FEWEST = 50  # points through which a form is laid
 
@@ -36,19 +37,12 @@ class QuantityFigures:
 
 @dataclass(frozen=True)
 class RepeatedQuantity:
-    """A quantity as each scan has it.
+    """A quantity as each scan has it."""
 
-    Attributes:
-        name: what it is, such as "plane 1" or "sphere 1 to 2".
-        term: in VDI/VDE 2634's words.
-        values: (n,) [m] or [rad] by the term; NaN where a scan does not show it.
-        error: of the mean against a stated value [m], None where none was stated.
-    """
-
-    name: str
-    term: str
-    values: Array
-    error: float | None = None
+    name: str  # what it is, such as "plane 1" or "sphere 1 to 2"
+    term: str  # in VDI/VDE 2634's words
+    values: Array  # (n,) [m] or [rad] by the term; NaN where a scan does not show it
+    error: float | None = None  # of the mean against a stated value [m], None where none was stated
 
     @property
     def mean(self) -> float:

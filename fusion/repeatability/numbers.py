@@ -15,19 +15,12 @@ LIMIT = 2.8  # 1.96 * sqrt(2)
 
 @dataclass(frozen=True)
 class Repeatability:
-    """Scans under one condition.
+    """Scans under one condition."""
 
-    Attributes:
-        s: repeatability standard deviation s_r [m]; what lies in the pose of a scan is not in it.
-        s_std: standard deviation of that, from leaving out one scan after the other; NaN with two scans.
-        p95: 95 % of the places spread by less [m].
-        shown_by_all: share of the surface that every scan shows.
-    """
-
-    s: float
-    s_std: float
-    p95: float
-    shown_by_all: float
+    s: float  # repeatability standard deviation s_r [m]; what lies in the pose of a scan is not in it
+    s_std: float  # standard deviation of that, from leaving out one scan after the other; NaN with two scans
+    p95: float  # 95 % of the places spread by less [m]
+    shown_by_all: float  # share of the surface that every scan shows
 
     def values(self) -> dict[str, float]:
         """For JSON."""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from fusion.errors import MeshError
 from fusion.files.json_values import json_values
 from fusion.mesh.alignment.units import LARGE, size
-from fusion.mesh.comparison.knowable import SIGMA
+from fusion.mesh.comparison.statistics import SIGMA
 from fusion.mesh.mesh import Mesh
 from fusion.progress import stage
 from fusion.quantity import DIAMETER, SPACING
@@ -51,21 +51,16 @@ class RepeatSettings:
 
 @dataclass(frozen=True)
 class ScanOffset:
-    """One scan about the mean surface.
+    """One scan about the mean surface."""
 
-    Attributes:
-        name, alignment: of the scan, and how well it was laid on the others.
-        mean_m, rms_m: None where it shows nothing of the surface.
-        missing_share: of the surface, that it does not show.
-        T_common_scan: (4, 4) into the common frame.
-    """
-
+    # name, alignment: of the scan, and how well it was laid on the others
     name: str
     alignment: str
+    # mean_m, rms_m: None where it shows nothing of the surface
     mean_m: float | None
     rms_m: float | None
-    missing_share: float
-    T_common_scan: Array
+    missing_share: float  # of the surface, that it does not show
+    T_common_scan: Array  # (4, 4) into the common frame
 
 
 @dataclass(frozen=True)

@@ -19,17 +19,12 @@ SPREAD, COUNT = "spread", "scans"  # scalars of the mean surface: standard devia
 
 @dataclass(frozen=True)
 class ScanSpread:
-    """Scans about their mean.
+    """Scans about their mean."""
 
-    Attributes:
-        mean: the mean surface in the common frame, with the scalars "spread" [m] and "scans".
-        offsets: (m, n) how far each scan lies outside the mean at points even per area [m]; NaN where it has nothing.
-        carrier: index of the scan whose triangles the mean has.
-    """
-
-    mean: Mesh
+    mean: Mesh  # the mean surface in the common frame, with the scalars "spread" [m] and "scans"
+    # (m, n) how far each scan lies outside the mean at points even per area [m]; NaN where it has nothing
     offsets: Array
-    carrier: int
+    carrier: int  # index of the scan whose triangles the mean has
 
 
 def spread_of(meshes: list[Mesh], together: Together) -> ScanSpread:

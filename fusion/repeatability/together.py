@@ -29,17 +29,11 @@ FEWEST = 100  # pairs of points that hold two scans together
 
 @dataclass(frozen=True)
 class Together:
-    """Scans in one frame.
+    """Scans in one frame."""
 
-    Attributes:
-        poses: (n, 4, 4) `T_common_scan`.
-        surfaces: of the scans, each in its own frame.
-        status: "kept", "moved" or "poor" of each, from its first alignment.
-    """
-
-    poses: Array
-    surfaces: list[Surface]
-    status: list[str]
+    poses: Array  # (n, 4, 4) `T_common_scan`
+    surfaces: list[Surface]  # of the scans, each in its own frame
+    status: list[str]  # "kept", "moved" or "poor" of each, from its first alignment
 
 
 def lay_together(meshes: list[Mesh]) -> Together:

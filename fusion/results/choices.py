@@ -35,34 +35,22 @@ class RegionFound:
 
 @dataclass(frozen=True, kw_only=True)
 class Choices(ColorFigures):
-    """What every mesh was made with.
+    """What every mesh was made with."""
 
-    Attributes:
-        sensor: name of the model.
-        correction: of the depth.
-        camera: that was used.
-        voxel_m, truncation_m: of the volume.
-        volume_bytes: its memory.
-    """
-
-    sensor: str
-    correction: CorrectionFigures
-    camera: LensUsed
+    sensor: str  # name of the model
+    correction: CorrectionFigures  # of the depth
+    camera: LensUsed  # that was used
+    # voxel_m, truncation_m: of the volume
     voxel_m: float
     truncation_m: float
-    volume_bytes: int
+    volume_bytes: int  # its memory
 
 
 @dataclass(frozen=True, kw_only=True)
 class ScanChoices(Choices):
-    """Of a turntable scan.
+    """Of a turntable scan."""
 
-    Attributes:
-        box, mask, step, use_log, strength, refine_camera, keep_plate, force, fill_holes: as asked, see `ScanSettings`.
-        sensor_assumed: nobody named a sensor.
-        region: where the object was found.
-    """
-
+    # box, mask, step, use_log, strength, refine_camera, keep_plate, force, fill_holes: as asked, see `ScanSettings`
     box: tuple[Corner, Corner] | None
     mask: Path | None
     step: float | None
@@ -72,26 +60,20 @@ class ScanChoices(Choices):
     keep_plate: bool
     force: bool
     fill_holes: float
-    sensor_assumed: bool
-    region: RegionFound
+    sensor_assumed: bool  # nobody named a sensor
+    region: RegionFound  # where the object was found
 
 
 @dataclass(frozen=True, kw_only=True)
 class ReconstructionChoices(Choices):
-    """Of a reconstruction.
+    """Of a reconstruction."""
 
-    Attributes:
-        tracked_band_m: truncation of the volume that frames were placed against.
-        room: voxels for a room, not for an object.
-        kind, kind_reason: the same in words, and why.
-        max_depth_m, box_m: as asked, or as the volume has them.
-        poses: "tracked" or "given".
-    """
-
-    tracked_band_m: float
-    room: bool
+    tracked_band_m: float  # truncation of the volume that frames were placed against
+    room: bool  # voxels for a room, not for an object
+    # kind, kind_reason: the same in words, and why
     kind: str
     kind_reason: str
+    # max_depth_m, box_m: as asked, or as the volume has them
     max_depth_m: float | None
     box_m: tuple[Corner, Corner] | None
-    poses: str
+    poses: str  # "tracked" or "given"

@@ -8,7 +8,8 @@ import numpy as np
 from fusion.results.judgement import Judgement
 from fusion.results.light import LEVELS, Light, level, worst_first
 
-# good up to the first, a problem above the second (guesses, for objects of some decimetres)
+# good up to the first, a problem above the second (guesses); lengths are absolute: what depth cameras reach where an
+# object fills the image (docs/first_scan.md), and a larger one need not be less right
 RMS_M = (0.002, 0.005)
 FAR_SHARE = (0.1, 0.5)  # of the mesh, farther than 2 mm from the reference
 BIAS_M = (0.001, 0.003)

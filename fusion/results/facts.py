@@ -8,62 +8,43 @@ import numpy as np
 from fusion.certainty.sigma import Sure
 from fusion.geometry.pose import Array
 from fusion.mesh.shape import MeshShape
-from fusion.results.course import Course
-from fusion.results.off_course import OffCourse
+from fusion.results.course import Course, OffCourse
 
 
 @dataclass(frozen=True)
 class Gap:
-    """How far two views about a full turn apart miss each other.
+    """How far two views about a full turn apart miss each other."""
 
-    Attributes:
-        angle: [rad].
-        distance: [m].
-        deviations: the same in standard deviations of what the two views tell of each other.
-    """
-
-    angle: float
-    distance: float
-    deviations: float
+    angle: float  # [rad]
+    distance: float  # [m]
+    deviations: float  # the same in standard deviations of what the two views tell of each other
 
 
 @dataclass(frozen=True)
 class TableFacts:
-    """What the turntable did.
+    """What the turntable did."""
 
-    Attributes:
-        step_mean, step_std: of the turn from frame to frame, slips left out [rad].
-        slips: frames after a slip.
-        gap, gap_raw: closing gap after and before the post-pass; None without a full turn.
-        slab_cut: what the object stands on is no round plate, was told as a slab that turns, and is cut off.
-        hidden: so far above the plate the object cannot be told from it; its sides are carried down [m].
-        rests: frames that show the object turned as the one before, where there are many.
-    """
-
+    # step_mean, step_std: of the turn from frame to frame, slips left out [rad]
     step_mean: float
     step_std: float
-    slips: tuple[int, ...] = ()
+    slips: tuple[int, ...] = ()  # frames after a slip
+    # gap, gap_raw: closing gap after and before the post-pass; None without a full turn
     gap: Gap | None = None
     gap_raw: Gap | None = None
-    slab_cut: bool = False
-    hidden: float = 0.0
-    rests: int = 0
+    slab_cut: bool = False  # what the object stands on is no round plate, was told as a slab that turns, and is cut off
+    hidden: float = 0.0  # so far above the plate the object cannot be told from it; its sides are carried down [m]
+    rests: int = 0  # frames that show the object turned as the one before, where there are many
 
 
 @dataclass(frozen=True)
 class SureFacts:
-    """How sure the vertices are.
+    """How sure the vertices are."""
 
-    Attributes:
-        middle, high: median and 95th percentile of `sigma`, a standard deviation along the normal [m].
-        common: part of it that all vertices share, from calibration, rms [m]; None where nobody calibrated.
-        unknown: what is not in it, as nothing tells it.
-    """
-
+    # middle, high: median and 95th percentile of `sigma`, a standard deviation along the normal [m]
     middle: float
     high: float
-    common: float | None
-    unknown: tuple[str, ...]
+    common: float | None  # part of it that all vertices share, from calibration, rms [m]; None where nobody calibrated
+    unknown: tuple[str, ...]  # what is not in it, as nothing tells it
 
     @classmethod
     def of(cls, sure: Sure | None) -> "SureFacts | None":
@@ -77,28 +58,20 @@ class SureFacts:
 
 @dataclass(frozen=True)
 class ScanFacts:
-    """What a scan says about its object and about itself.
+    """What a scan says about its object and about itself."""
 
-    Attributes:
-        shape: the mesh in numbers.
-        frames, placed: in the recording, and those with a pose.
-        residual: rms over the frames of their residual against the model [m]; None without tracking.
-        inlier_share: median over the frames; None without tracking.
-        table: None when nothing turned.
-        off_course: error of the trajectory against poses that the recording states; None without them.
-        course: how the trajectory of a moving camera hangs together; None where it was not tracked freely.
-        sure: how sure the vertices are; None where that was not asked.
-    """
-
-    shape: MeshShape
+    shape: MeshShape  # the mesh in numbers
+    # frames, placed: in the recording, and those with a pose
     frames: int = 0
     placed: int = 0
-    residual: float | None = None
-    inlier_share: float | None = None
-    table: TableFacts | None = None
+    residual: float | None = None  # rms over the frames of their residual against the model [m]; None without tracking
+    inlier_share: float | None = None  # median over the frames; None without tracking
+    table: TableFacts | None = None  # None when nothing turned
+    # error of the trajectory against poses that the recording states; None without them
     off_course: OffCourse | None = None
+    # how the trajectory of a moving camera hangs together; None where it was not tracked freely
     course: Course | None = None
-    sure: SureFacts | None = None
+    sure: SureFacts | None = None  # how sure the vertices are; None where that was not asked
 
     def values(self) -> dict[str, Any]:
         """Plain values for JSON, SI units but where a name says otherwise."""

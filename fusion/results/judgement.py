@@ -11,15 +11,10 @@ WIDTH = max(map(len, WORDS.values()))
 
 @dataclass(frozen=True)
 class Worth:
-    """What a result is worth.
+    """What a result is worth."""
 
-    Attributes:
-        word: "good", "doubtful" (something of it is, or may be, wrong) or "failed" (it is wrong, and not handed out).
-        reasons: the lights that made it so, the worst first; none where it is good.
-    """
-
-    word: str
-    reasons: tuple[Light, ...] = ()
+    word: str  # "good", "doubtful" (something of it is, or may be, wrong) or "failed" (it is wrong, and not handed out)
+    reasons: tuple[Light, ...] = ()  # the lights that made it so, the worst first; none where it is good
 
     def sentences(self) -> list[str]:
         """The reasons for JSON, a sentence or two each."""
@@ -42,15 +37,10 @@ def worth_of(lights: Sequence[Light]) -> Worth:
 
 @dataclass(frozen=True)
 class Judgement:
-    """What a run knows of its own result.
+    """What a run knows of its own result."""
 
-    Attributes:
-        lights: what was judged, the worst first.
-        footnotes: what comes with nearly every result of its kind, and changes nothing.
-    """
-
-    lights: tuple[Light, ...]
-    footnotes: tuple[str, ...] = ()
+    lights: tuple[Light, ...]  # what was judged, the worst first
+    footnotes: tuple[str, ...] = ()  # what comes with nearly every result of its kind, and changes nothing
 
     @property
     def level(self) -> str:

@@ -1,6 +1,6 @@
 """One judged statement, as terminal, page and JSON tell it."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 LEVELS = ("ok", "warning", "bad")
@@ -8,21 +8,13 @@ LEVELS = ("ok", "warning", "bad")
 
 @dataclass(frozen=True)
 class Light:
-    """One judged statement.
+    """One judged statement."""
 
-    Attributes:
-        level: "ok", "warning" or "bad".
-        subject: what is judged, two or three words ("Frames used").
-        reason: one sentence that says why.
-        do: what a person can do about it, one sentence; "" when there is nothing to do.
-        fails: the result itself is wrong, not only doubtful.
-    """
-
-    level: str
-    subject: str
-    reason: str
-    do: str = ""
-    fails: bool = False
+    level: str  # "ok", "warning" or "bad"
+    subject: str  # what is judged, two or three words ("Frames used")
+    reason: str  # one sentence that says why
+    do: str = ""  # what a person can do about it, one sentence; "" when there is nothing to do
+    fails: bool = False  # the result itself is wrong, not only doubtful
 
 
 def note(subject: str, level: str, text: str) -> Light:
@@ -40,3 +32,21 @@ def level(value: float, limits: tuple[float, float]) -> str:
     if not value <= limits[1]:
         return "bad"
     return "ok" if value <= limits[0] else "warning"
+
+
+LOST_SHARE = (0.05, 0.3)  # good up to the first, a problem above the second (guess)
+FEW = 0.5  # of a scan that lost more, what is left says little of what was recorded
+NAMED = 8  # frames
+
+
+def frames_light(total: int, rejected: Mapping[int, str]) -> Light:
+    """One light for the frames that were left out, with the commonest reason."""
+    said, do = f"{total - len(rejected)} of {total} frames were used", ""
+    if rejected:
+        reasons = [reason.rstrip(".") for reason in rejected.values()]
+        common = max(sorted(set(reasons)), key=reasons.count)
+        which = ", ".join(map(str, sorted(rejected)[:NAMED])) + (", ..." if len(rejected) > NAMED else "")
+        said += f"; rejected: {which}, most often as {common}"
+        do = "Move slowly, and keep what is scanned in the picture, hands and people out of it."
+    lost = len(rejected) / max(total, 1)
+    return Light(level(lost, LOST_SHARE), "Frames", f"{said}.", do, fails=lost > FEW)

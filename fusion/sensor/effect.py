@@ -12,7 +12,7 @@ from typing import Any, ClassVar, final
 import numpy as np
 
 from fusion.errors import SensorError
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Principle
 from fusion.sensor.parameter import parameters
 from fusion.sensor.view import Image, View
 from fusion.sensor.where import Bound, inside

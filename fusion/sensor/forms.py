@@ -19,20 +19,13 @@ Atom = Mapping[str, ArrayLike]  # values of parameters: numbers, lists, maps
 
 @dataclass(frozen=True)
 class Form:
-    """One shape of an effect.
+    """One shape of an effect."""
 
-    Attributes:
-        kind: the effect.
-        fixed: values of its shape parameters.
-        atoms: values of the other parameters of instances that span it.
-        map: name of the parameter that is a map (height, width), for a form that has one; atoms are then empty.
-        join: makes parameter values of atoms and their weights.
-    """
-
-    kind: type[Effect]
-    fixed: dict[str, Any] = field(default_factory=dict)
-    atoms: tuple[Atom, ...] = ()
-    map: str = ""
+    kind: type[Effect]  # the effect
+    fixed: dict[str, Any] = field(default_factory=dict)  # values of its shape parameters
+    atoms: tuple[Atom, ...] = ()  # values of the other parameters of instances that span it
+    map: str = ""  # name of the parameter that is a map (height, width), for a form that has one; atoms are then empty
+    # makes parameter values of atoms and their weights
     join: Callable[[Sequence[Atom], Sequence[float]], Atom] | None = None
 
     def instances(self) -> tuple[Effect, ...]:

@@ -17,21 +17,13 @@ UPTIME = 1e8  # [s] three years: larger stamps are dates, which do not tell when
 
 @dataclass(frozen=True)
 class Moments:
-    """The conditions of every frame of a recording, as far as they were logged.
+    """The conditions of every frame of a recording, as far as they were logged."""
 
-    Attributes:
-        time: (n,) since the sensor was switched on [s]; years (warm) where the stamps are dates.
-        temperature: (n,) [degC], NaN where not known.
-        ambient: (n,) [lux], NaN where not known.
-        table_angle: (n,) as commanded [rad], NaN where not known.
-        warnings: what in the log cannot be used, one sentence each.
-    """
-
-    time: Array
-    temperature: Array
-    ambient: Array
-    table_angle: Array
-    warnings: tuple[str, ...] = ()
+    time: Array  # (n,) since the sensor was switched on [s]; years (warm) where the stamps are dates
+    temperature: Array  # (n,) [degC], NaN where not known
+    ambient: Array  # (n,) [lux], NaN where not known
+    table_angle: Array  # (n,) as commanded [rad], NaN where not known
+    warnings: tuple[str, ...] = ()  # what in the log cannot be used, one sentence each
 
     def __getitem__(self, index: int) -> Moment:
         return Moment(

@@ -12,52 +12,35 @@ Value = float | NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Parameter:
-    """What is known about a parameter before any recording is seen.
+    """What is known about a parameter before any recording is seen."""
 
-    Attributes:
-        name: of the dataclass field.
-        unit: "m", "px", "1", ...
-        neutral: the value of an effect that is not there; where an effect has several parameters, all at neutral
-            change nothing, and the neutral value of a pure shape (a period, an exponent) is a usual one.
-        low, high: bounds, both allowed.
-        meaning: one sentence for a person.
-        source: where the law comes from.
-        typical: a usual size, clearly visible: used in plots, tests and as the start of a fit.
-        group: parameters of one group are given together; a sensor need not have every group.
-        kind: "number" (or a map of numbers), "scalar" (the same for all pixels), "list" (one value per harmonic or
-            band; all lists of an effect have the same length), "map" (height, width) or "table" (one dimension per
-            variable).
-        label: the name in files and verdicts; two parameters may share it where the unit tells which is meant.
-        search: values that a search for an unknown effect goes through, for a shape that no linear fit can find.
-    """
-
-    name: str
-    unit: str
+    name: str  # of the dataclass field
+    unit: str  # "m", "px", "1", ..
+    # the value of an effect that is not there; where an effect has several parameters, all at neutral change nothing,
+    # and the neutral value of a pure shape (a period, an exponent) is a usual one
     neutral: float
+    # low, high: bounds, both allowed
     low: float
     high: float
-    meaning: str
-    source: str
-    typical: float
-    group: str = ""
+    meaning: str  # one sentence for a person
+    source: str  # where the law comes from
+    typical: float  # a usual size, clearly visible: used in plots, tests and as the start of a fit
+    group: str = ""  # parameters of one group are given together; a sensor need not have every group
+    # "number" (or a map of numbers), "scalar" (the same for all pixels), "list" (one value per harmonic or band; all
+    # lists of an effect have the same length), "map" (height, width) or "table" (one dimension per variable)
     kind: str = "number"
-    label: str = ""
+    label: str = ""  # the name in files and verdicts; two parameters may share it where the unit tells which is meant
+    # values that a search for an unknown effect goes through, for a shape that no linear fit can find
     search: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
 class Setting:
-    """A field of an effect that is no number: it says how the parameters are laid out.
+    """A field of an effect that is no number: it says how the parameters are laid out."""
 
-    Attributes:
-        name: of the dataclass field, in files and in verdicts.
-        kind: "words", or "numbers" (lists of numbers).
-        meaning: one sentence for a person.
-    """
-
-    name: str
-    kind: str
-    meaning: str
+    name: str  # of the dataclass field, in files and in verdicts
+    kind: str  # "words", or "numbers" (lists of numbers)
+    meaning: str  # one sentence for a person
 
 
 def parameter(

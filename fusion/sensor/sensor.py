@@ -7,8 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.errors import SensorError
-from fusion.geometry.camera import Camera
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Camera, Principle
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import place_of
 from fusion.sensor.effects.light.illumination_vignetting import IR_AT_1M

@@ -6,8 +6,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.geometry.camera import Camera
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Camera, Principle
 from fusion.sensor.moment import Moment
 
 Image = NDArray[np.floating]
@@ -26,31 +25,21 @@ class Edges:
 
     Where nothing is on one of its sides, jump and light are 0, although there is an edge. The jump is the one at the
     edge itself: a slope between edge and pixel is not in it.
-
-    Attributes:
-        distance: (h, w) to the edge [px], below a pixel where it is known that well; inf where none is near.
-        direction: (h, w) where the edge lies [rad]: 0 to the right (+u), pi/2 below (+v); 0 where none is near.
-        jump: (h, w) depth across the edge minus the own depth [m]: positive for the foreground; 0 where none is near.
-        light: (h, w) amplitude across the edge over the own amplitude [1]; 1 where none is near.
     """
 
-    distance: Image
-    direction: Image
+    distance: Image  # (h, w) to the edge [px], below a pixel where it is known that well; inf where none is near
+    direction: Image  # (h, w) where the edge lies [rad]: 0 to the right (+u), pi/2 below (+v); 0 where none is near
+    # (h, w) depth across the edge minus the own depth [m]: positive for the foreground; 0 where none is near
     jump: Image
-    light: Image
+    light: Image  # (h, w) amplitude across the edge over the own amplitude [1]; 1 where none is near
 
 
 @dataclass(frozen=True)
 class Indirect:
-    """Light that reached a pixel by one bounce off another surface.
+    """Light that reached a pixel by one bounce off another surface."""
 
-    Attributes:
-        ratio: (h, w) its amplitude over that of the direct light [1].
-        path: (h, w) how much longer its way is than the direct one, there and back, over two [m].
-    """
-
-    ratio: Image
-    path: Image
+    ratio: Image  # (h, w) its amplitude over that of the direct light [1]
+    path: Image  # (h, w) how much longer its way is than the direct one, there and back, over two [m]
 
 
 @dataclass(frozen=True)

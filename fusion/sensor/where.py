@@ -1,6 +1,6 @@
 """Where an effect acts: everywhere, or only where some variables are within bounds."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -8,8 +8,27 @@ import numpy as np
 from msgspec import Struct
 
 from fusion.errors import SensorError
-from fusion.sensor.variables import VARIABLES
+from fusion.sensor.laws.disparity import disparity
 from fusion.sensor.view import Image, View
+
+# each variable as an array that broadcasts to (h, w), or None where it is not known
+VARIABLES: dict[str, Callable[[Image, View], Any]] = {
+    "depth": lambda depth, view: depth,
+    "range": lambda depth, view: depth * view.stretch,
+    "disparity": disparity,
+    "u": lambda depth, view: view.u,
+    "v": lambda depth, view: view.v,
+    "radius": lambda depth, view: view.radius,
+    "incidence": lambda depth, view: view.incidence,
+    "amplitude": lambda depth, view: view.ir,
+    "reflectance": lambda depth, view: view.reflectance,
+    "edge": lambda depth, view: None if view.edges is None else view.edges.distance,
+    "time": lambda depth, view: view.moment.time,
+    "temperature": lambda depth, view: view.moment.temperature,
+    "table_angle": lambda depth, view: view.moment.table_angle,
+    "ambient": lambda depth, view: view.moment.ambient,
+}
+
 
 MOST = 1e9  # JSON has no infinity
 
@@ -24,14 +43,10 @@ class BoundFields(Struct, frozen=True, kw_only=True):
 
 @dataclass(frozen=True)
 class Bound:
-    """One variable within bounds.
+    """One variable within bounds."""
 
-    Attributes:
-        variable: its name, of `VARIABLES`.
-        low, high: both included; infinite where open.
-    """
-
-    variable: str
+    variable: str  # its name, of `VARIABLES`
+    # low, high: both included; infinite where open
     low: float = -np.inf
     high: float = np.inf
 

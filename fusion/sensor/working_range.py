@@ -15,17 +15,14 @@ class WorkingRange:
 
     It says what a sensor gives, not what can be relied on: a value that is there counts by its noise alone.
 
-    Attributes:
-        nearest, farthest: planar z [m]; 0 and infinity where there is no such limit.
-        source: where they come from.
-
     Raises:
         SensorError: the limits are not in order.
     """
 
+    # nearest, farthest: planar z [m]; 0 and infinity where there is no such limit
     nearest: float = 0.0
     farthest: float = np.inf
-    source: str = ""
+    source: str = ""  # where they come from
 
     def __post_init__(self) -> None:
         if not 0 <= self.nearest < self.farthest:

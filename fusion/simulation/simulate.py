@@ -8,9 +8,8 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.geometry.camera import Camera
+from fusion.geometry.camera import Camera, Principle
 from fusion.geometry.pose import Array, exp, inverse, transform
-from fusion.geometry.principle import Principle
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh
 from fusion.recording.cameras.presets import PRESETS
@@ -20,8 +19,7 @@ from fusion.sensor.moment import Moment
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import Image, View
 from fusion.simulation.rendering.exposure import Exposures, whole_mesh
-from fusion.simulation.rendering.infrared import infrared
-from fusion.simulation.rendering.light_level import with_light_level
+from fusion.simulation.rendering.light_level import infrared, with_light_level
 from fusion.simulation.scene.scene import Scene
 
 # every use of randomness has its own stream, so that none shifts another

@@ -17,18 +17,12 @@ FILLED = 0.6  # share of the picture that parts cover, as a first guess (measure
 
 @dataclass(frozen=True)
 class Atlas:
-    """A mesh with places in a picture.
+    """A mesh with places in a picture."""
 
-    Attributes:
-        mesh: with normals; a vertex at a seam is there once for each side.
-        of: (n,) the vertices of the mesh before.
-        uv: (n, 2) place of each vertex in the picture, 0 to 1, u to the right, v upwards.
-        width, height: of the picture [texels].
-    """
-
-    mesh: Mesh
-    of: NDArray[np.int64]
-    uv: NDArray[np.float64]
+    mesh: Mesh  # with normals; a vertex at a seam is there once for each side
+    of: NDArray[np.int64]  # (n,) the vertices of the mesh before
+    uv: NDArray[np.float64]  # (n, 2) place of each vertex in the picture, 0 to 1, u to the right, v upwards
+    # width, height: of the picture [texels]
     width: int
     height: int
 

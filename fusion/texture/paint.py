@@ -31,23 +31,14 @@ ROUNDS = 2  # of settling the cameras, each on what the last one has made
 
 @dataclass(frozen=True)
 class Painted:
-    """Colours of points.
+    """Colours of points."""
 
-    Attributes:
-        colors: (k, 3) [counts]; no meaning where no view shows a point.
-        seen: (k,) shown by a view.
-        images: how many were used.
-        gain: (views, 3) by which factor each image was made brighter; 1 where it could not be read.
-        views: the images, their cameras settled.
-        lights: before each of their cameras.
-    """
-
-    colors: NDArray[np.float32]
-    seen: NDArray[np.bool_]
-    images: int
-    gain: NDArray[np.float32]
-    views: Views
-    lights: list[Lighting]
+    colors: NDArray[np.float32]  # (k, 3) [counts]; no meaning where no view shows a point
+    seen: NDArray[np.bool_]  # (k,) shown by a view
+    images: int  # how many were used
+    gain: NDArray[np.float32]  # (views, 3) by which factor each image was made brighter; 1 where it could not be read
+    views: Views  # the images, their cameras settled
+    lights: list[Lighting]  # before each of their cameras
 
 
 class ColorMean:

@@ -21,18 +21,13 @@ MARGIN = 0.06  # of the object's size, left around it in a picture
 
 @dataclass(frozen=True)
 class PhotoPair:
-    """A photograph, and the textured mesh from the same place.
+    """A photograph, and the textured mesh from the same place."""
 
-    Attributes:
-        frame: of the recording.
-        photograph, texture: (h, w, 3) uint8 RGB, cut to the object.
-        shown: (h, w) where the mesh is seen.
-    """
-
-    frame: int
+    frame: int  # of the recording
+    # photograph, texture: (h, w, 3) uint8 RGB, cut to the object
     photograph: NDArray[np.uint8]
     texture: NDArray[np.uint8]
-    shown: NDArray[np.bool_]
+    shown: NDArray[np.bool_]  # (h, w) where the mesh is seen
 
 
 def beside_photographs(made: Textured, count: int) -> Iterator[PhotoPair]:

@@ -28,31 +28,18 @@ OVERSAMPLED = 2.5  # texels along a pixel: each is looked up between four twice,
 
 @dataclass(frozen=True)
 class Textured:
-    """A mesh with a picture on it.
+    """A mesh with a picture on it."""
 
-    Attributes:
-        mesh: with normals, z up; a vertex at a seam is there once for each side.
-        uv: (n, 2) place of each vertex in the picture, 0 to 1, u to the right, v upwards.
-        image: (h, w, 3) uint8 RGB.
-        texel: edge of a texel on the surface [m].
-        moved: rms and largest distance from the scan [m], as far as both show the same.
-        images: how many colour images were used.
-        gain: (views, 3) by which factor each was made brighter.
-        unseen_share: of the surface, shown by no image: there the colour is that of the vertices around, or grey.
-        views: the images, where the print says that their cameras were.
-        lights: before the camera of each recording; the picture shows the colours without them.
-    """
-
-    mesh: Mesh
-    uv: NDArray[np.float64]
-    image: NDArray[np.uint8]
-    texel: float
-    moved: tuple[float, float]
-    images: int
-    gain: NDArray[np.float32]
-    unseen_share: float
-    views: Views
-    lights: list[Lighting]
+    mesh: Mesh  # with normals, z up; a vertex at a seam is there once for each side
+    uv: NDArray[np.float64]  # (n, 2) place of each vertex in the picture, 0 to 1, u to the right, v upwards
+    image: NDArray[np.uint8]  # (h, w, 3) uint8 RGB
+    texel: float  # edge of a texel on the surface [m]
+    moved: tuple[float, float]  # rms and largest distance from the scan [m], as far as both show the same
+    images: int  # how many colour images were used
+    gain: NDArray[np.float32]  # (views, 3) by which factor each was made brighter
+    unseen_share: float  # of the surface, shown by no image: there the colour is that of the vertices around, or grey
+    views: Views  # the images, where the print says that their cameras were
+    lights: list[Lighting]  # before the camera of each recording; the picture shows the colours without them
 
     def values(self) -> dict[str, float]:
         """What `texture.json` tells."""
@@ -143,17 +130,11 @@ def texel_of(mesh: Mesh, places: NDArray[np.float64]) -> float:
 
 @dataclass(frozen=True)
 class Texels:
-    """The texels whose middle lies in a triangle.
+    """The texels whose middle lies in a triangle."""
 
-    Attributes:
-        shape: rows and columns of the picture.
-        at: (k,) their places in the picture, row by row from the top.
-        points: their places on the surface [m], as a point cloud with normals.
-    """
-
-    shape: tuple[int, int]
-    at: NDArray[np.int64]
-    points: Mesh
+    shape: tuple[int, int]  # rows and columns of the picture
+    at: NDArray[np.int64]  # (k,) their places in the picture, row by row from the top
+    points: Mesh  # their places on the surface [m], as a point cloud with normals
 
     def picture(self, colors: NDArray[np.float32]) -> NDArray[np.uint8]:
         """(h, w, 3) of colours (k, 3); beside the surface each texel is as the nearest one on it."""

@@ -22,15 +22,10 @@ COARSE = 3.0  # [px of the coarse picture] standard deviation; below it print li
 
 @dataclass(frozen=True)
 class Bands:
-    """An image of the surface: (h, w, 3) float32 each; their sum is the image where the surface is.
+    """An image of the surface: (h, w, 3) float32 each; their sum is the image where the surface is."""
 
-    Attributes:
-        low: what is coarse; near a rim the mean of what lies on this side of it.
-        high: what is fine.
-    """
-
-    low: NDArray[np.float32]
-    high: NDArray[np.float32]
+    low: NDArray[np.float32]  # what is coarse; near a rim the mean of what lies on this side of it
+    high: NDArray[np.float32]  # what is fine
 
 
 def bands_of(color: NDArray[np.uint8], front: NDArray[np.float32]) -> Bands:
@@ -73,22 +68,15 @@ def _around(known: NDArray[np.bool_], shape: tuple[int, int]) -> tuple[slice, sl
 
 @dataclass(frozen=True)
 class Shot:
-    """An image that was read.
+    """An image that was read."""
 
-    Attributes:
-        number: among all that are used.
-        source, image: whose it is, and what is in it.
-        T_world_color: (4, 4).
-        front: (h', w') depth of the surface in coarse pixels, infinite where there is none.
-        bands: the image, taken apart.
-    """
-
-    number: int
+    number: int  # among all that are used
+    # source, image: whose it is, and what is in it
     source: ColorImages
     image: ColorImage
-    T_world_color: Array
-    front: NDArray[np.float32]
-    bands: Bands
+    T_world_color: Array  # (4, 4)
+    front: NDArray[np.float32]  # (h', w') depth of the surface in coarse pixels, infinite where there is none
+    bands: Bands  # the image, taken apart
 
     def shows(self, surface: RayMesh) -> VisibleVertices:
         """The points of a surface that it shows."""
@@ -101,18 +89,13 @@ class Shot:
 
 @dataclass(frozen=True)
 class Views:
-    """Images that are used: which of which recording, and from where.
+    """Images that are used: which of which recording, and from where."""
 
-    Attributes:
-        sources, frames: of each image, whose it is and which frame.
-        recordings: of each image, the number of its recording.
-        T_world_color: (views, 4, 4).
-    """
-
+    # sources, frames: of each image, whose it is and which frame
     sources: list[ColorImages]
     frames: list[int]
-    recordings: list[int]
-    T_world_color: Array
+    recordings: list[int]  # of each image, the number of its recording
+    T_world_color: Array  # (views, 4, 4)
 
     @staticmethod
     def of(taken: Sequence[tuple[Recording, Trajectory]]) -> "Views":

@@ -36,17 +36,11 @@ class PreparedFrames(Protocol):
 
 @dataclass(frozen=True)
 class Reached:
-    """Where the frames show something.
+    """Where the frames show something."""
 
-    Attributes:
-        tiles: that some frame has a surface in, in order.
-        boxes: of each frame used, by number, those in which it changes voxels.
-        cameras: of these frames.
-    """
-
-    tiles: list[Tile]
-    boxes: dict[int, NDArray[np.float64]]
-    cameras: dict[int, Camera]
+    tiles: list[Tile]  # that some frame has a surface in, in order
+    boxes: dict[int, NDArray[np.float64]]  # of each frame used, by number, those in which it changes voxels
+    cameras: dict[int, Camera]  # of these frames
 
 
 def reached(frames: PreparedFrames, poses: Array, settings: VolumeSettings, folder: Path) -> Reached:
@@ -78,19 +72,13 @@ def _ready(folder: Path, index: int) -> Path:
 
 @dataclass(frozen=True)
 class TileJob:
-    """A tile to be fused.
+    """A tile to be fused."""
 
-    Attributes:
-        tile: its core is what counts.
-        settings: of the whole volume; `max_bytes` is for this tile.
-        frames: those that reach it, in order: number, camera and `T_world_camera` (4, 4).
-        folder: where what is fused of them lies, and where its piece belongs.
-    """
-
-    tile: Tile
-    settings: VolumeSettings
+    tile: Tile  # its core is what counts
+    settings: VolumeSettings  # of the whole volume; `max_bytes` is for this tile
+    # those that reach it, in order: number, camera and `T_world_camera` (4, 4)
     frames: tuple[tuple[int, Camera, Array], ...]
-    folder: Path
+    folder: Path  # where what is fused of them lies, and where its piece belongs
 
     @property
     def path(self) -> Path:

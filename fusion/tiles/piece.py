@@ -18,30 +18,19 @@ from fusion.volume.volume import Volume
 
 @dataclass(frozen=True)
 class Piece:
-    """Faces whose cell a tile owns, and vertices whose edge begins at a voxel that it owns.
+    """Faces whose cell a tile owns, and vertices whose edge begins at a voxel that it owns."""
 
-    Attributes:
-        vertices: (n, 3) float64 [m], owned.
-        normals: (n, 3) float32.
-        faces: (m, 3) int32; n and more stand for the k vertices of the faces that other tiles own.
-        seam: (s,) int32 owned vertices that other tiles' faces may use.
-        seam_keys: (s, 4) int32 voxel and axis of their edges, which name them.
-        foreign_keys: (k, 4) int32 of vertices that other tiles own.
-        part: (n + k,) int32 connected part of each vertex, foreign ones behind.
-        low, high: (p, 3) float64 box around each part [m].
-        area: (p,) float64 of its faces [m^2].
-    """
-
-    vertices: NDArray[np.float64]
-    normals: NDArray[np.float32]
-    faces: NDArray[np.int32]
-    seam: NDArray[np.int32]
-    seam_keys: NDArray[np.int32]
-    foreign_keys: NDArray[np.int32]
-    part: NDArray[np.int32]
+    vertices: NDArray[np.float64]  # (n, 3) float64 [m], owned
+    normals: NDArray[np.float32]  # (n, 3) float32
+    faces: NDArray[np.int32]  # (m, 3) int32; n and more stand for the k vertices of the faces that other tiles own
+    seam: NDArray[np.int32]  # (s,) int32 owned vertices that other tiles' faces may use
+    seam_keys: NDArray[np.int32]  # (s, 4) int32 voxel and axis of their edges, which name them
+    foreign_keys: NDArray[np.int32]  # (k, 4) int32 of vertices that other tiles own
+    part: NDArray[np.int32]  # (n + k,) int32 connected part of each vertex, foreign ones behind
+    # low, high: (p, 3) float64 box around each part [m]
     low: NDArray[np.float64]
     high: NDArray[np.float64]
-    area: NDArray[np.float64]
+    area: NDArray[np.float64]  # (p,) float64 of its faces [m^2]
 
     def save(self, path: Path) -> None:
         """As .npz."""

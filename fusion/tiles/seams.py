@@ -19,21 +19,15 @@ from fusion.volume.settings import BLOCK
 
 @dataclass(frozen=True)
 class Seams:
-    """How the pieces hang together; q parts of all pieces, one piece after the other.
+    """How the pieces hang together; q parts of all pieces, one piece after the other."""
 
-    Attributes:
-        first: (pieces + 1,) number of the first part of each piece, and q.
-        whole: (q,) which connected part of the whole mesh each belongs to.
-        low, high: (wholes, 3) box around each of these [m].
-        area: (wholes,) [m^2].
-        vertices, faces: (q,) how many each part has.
-    """
-
-    first: NDArray[np.int64]
-    whole: NDArray[np.int32]
+    first: NDArray[np.int64]  # (pieces + 1,) number of the first part of each piece, and q
+    whole: NDArray[np.int32]  # (q,) which connected part of the whole mesh each belongs to
+    # low, high: (wholes, 3) box around each of these [m]
     low: NDArray[np.float64]
     high: NDArray[np.float64]
-    area: NDArray[np.float64]
+    area: NDArray[np.float64]  # (wholes,) [m^2]
+    # vertices, faces: (q,) how many each part has
     vertices: NDArray[np.int64]
     faces: NDArray[np.int64]
 

@@ -19,19 +19,14 @@ MOST = (1 << 31) - 1  # vertices that the faces of a PLY file can name
 
 @dataclass(frozen=True)
 class Streamed:
-    """What was written.
+    """What was written."""
 
-    Attributes:
-        vertices, faces: how many.
-        parts: connected ones that were kept, and how many were left out as crumbs.
-        area: of the surface [m^2].
-        low, high: (3,) its box [m].
-    """
-
+    # vertices, faces: how many
     vertices: int
     faces: int
-    parts: tuple[int, int]
-    area: float
+    parts: tuple[int, int]  # connected ones that were kept, and how many were left out as crumbs
+    area: float  # of the surface [m^2]
+    # low, high: (3,) its box [m]
     low: tuple[float, float, float]
     high: tuple[float, float, float]
 
@@ -73,18 +68,12 @@ def stream(pieces: Sequence[Filed], path: Path, crumb: float) -> Streamed:
 
 @dataclass(frozen=True)
 class VertexNumbers:
-    """Which number each vertex of each piece has in the whole mesh.
-
-    Attributes:
-        first: (pieces + 1,) number of the first part of each piece, and q, the number of all parts.
-        keep: (q,) parts that are in the mesh.
-        until: (q,) vertices of the parts up to and with each that are in the mesh.
-    """
+    """Which number each vertex of each piece has in the whole mesh."""
 
     pieces: Sequence[Filed]
-    first: NDArray[np.int64]
-    keep: NDArray[np.bool_]
-    until: NDArray[np.int64]
+    first: NDArray[np.int64]  # (pieces + 1,) number of the first part of each piece, and q, the number of all parts
+    keep: NDArray[np.bool_]  # (q,) parts that are in the mesh
+    until: NDArray[np.int64]  # (q,) vertices of the parts up to and with each that are in the mesh
 
     def kept(self, index: int) -> NDArray[np.bool_]:
         """Which of a piece's own vertices (n,) are in the mesh."""

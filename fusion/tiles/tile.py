@@ -19,15 +19,10 @@ HALO = 1  # blocks: cells reach one voxel over the border, normals two
 
 @dataclass(frozen=True, order=True)
 class Tile:
-    """A box of blocks.
+    """A box of blocks."""
 
-    Attributes:
-        low: (3,) lowest block of the core.
-        high: (3,) first block beyond it.
-    """
-
-    low: Corner
-    high: Corner
+    low: Corner  # (3,) lowest block of the core
+    high: Corner  # (3,) first block beyond it
 
     @property
     def name(self) -> str:

@@ -6,9 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.compute.arrays import F32
 from fusion.compute.choice import either
-from fusion.compute.language import func, kernel, ti
+from fusion.compute.language import F32, func, kernel, ti
 from fusion.compute.start import start
 from fusion.geometry.depth import PointMap
 from fusion.geometry.lanes import LANES, gather, high, low, project
@@ -29,59 +28,37 @@ _FULL = np.array([[max(i, j) * (max(i, j) + 1) // 2 + min(i, j) for j in range(6
 
 @dataclass(frozen=True)
 class Points:
-    """Source points laid out for the kernel.
+    """Source points laid out for the kernel."""
 
-    Attributes:
-        lanes: (groups, 7, 8) x, y, z, normal [m], sigma [m]; sigma is -1 where a group is not full.
-        count: number of points.
-        centre: (3,) their centroid [m].
-        radius: their rms distance from it [m].
-    """
-
-    lanes: NDArray[np.float32]
-    count: int
-    centre: Array
-    radius: float
+    lanes: NDArray[np.float32]  # (groups, 7, 8) x, y, z, normal [m], sigma [m]; sigma is -1 where a group is not full
+    count: int  # number of points
+    centre: Array  # (3,) their centroid [m]
+    radius: float  # their rms distance from it [m]
 
 
 @dataclass(frozen=True)
 class PairLimits:
-    """What makes a pair, and how it counts.
+    """What makes a pair, and how it counts."""
 
-    Attributes:
-        reach: largest distance of a pair [m].
-        min_cosine: smallest cosine between the normals of a pair.
-        scale: observed over declared spread of the residuals.
-        open_to: residuals up to about this size count whatever their declared spread [m].
-    """
-
-    reach: float
-    min_cosine: float = 0.7
-    scale: float = 1.0
-    open_to: float = 0.0
+    reach: float  # largest distance of a pair [m]
+    min_cosine: float = 0.7  # smallest cosine between the normals of a pair
+    scale: float = 1.0  # observed over declared spread of the residuals
+    open_to: float = 0.0  # residuals up to about this size count whatever their declared spread [m]
 
 
 @dataclass(frozen=True)
 class Equations:
-    """What all pairs say together.
+    """What all pairs say together."""
 
-    Attributes:
-        information: (6, 6) of a left twist: rotation about the moved centroid [rad], shift [m].
-        slope: (6,) weighted derivative of half the squared residuals.
-        weight: sum of the weights.
-        squares: sum of squared residuals of the pairs kept [m^2].
-        kept, pairs, visible: numbers of pairs with a weight, of pairs, of points that the model could have met.
-        scale: observed over declared spread, at least 1.
-    """
-
-    information: Array
-    slope: Array
-    weight: float
-    squares: float
+    information: Array  # (6, 6) of a left twist: rotation about the moved centroid [rad], shift [m]
+    slope: Array  # (6,) weighted derivative of half the squared residuals
+    weight: float  # sum of the weights
+    squares: float  # sum of squared residuals of the pairs kept [m^2]
+    # kept, pairs, visible: numbers of pairs with a weight, of pairs, of points that the model could have met
     kept: int
     pairs: int
     visible: int
-    scale: float
+    scale: float  # observed over declared spread, at least 1
 
 
 def lay_out(source: PointMap, most: int) -> Points:

@@ -29,40 +29,26 @@ LOOSE = 1e-6  # of the largest information: keeps what no edge fixes where it is
 
 @dataclass(frozen=True)
 class Edge:
-    """What is known of a pose as seen from another.
+    """What is known of a pose as seen from another."""
 
-    Attributes:
-        i, j: nodes.
-        T_i_j: (4, 4) as measured.
-        information: (6, 6) inverse covariance of a left twist of it, turns about `centre`: [rad], [m].
-        centre: (3,) in the frame of i [m].
-        doubtful: it may be wrong altogether.
-        kind: what says so, in a word.
-        share: of what both show that fits, where that is known.
-    """
-
+    # i, j: nodes
     i: int
     j: int
-    T_i_j: Array
-    information: Array
-    centre: Array
-    doubtful: bool = False
-    kind: str = ""
-    share: float = float("nan")
+    T_i_j: Array  # (4, 4) as measured
+    information: Array  # (6, 6) inverse covariance of a left twist of it, turns about `centre`: [rad], [m]
+    centre: Array  # (3,) in the frame of i [m]
+    doubtful: bool = False  # it may be wrong altogether
+    kind: str = ""  # what says so, in a word
+    share: float = float("nan")  # of what both show that fits, where that is known
 
 
 @dataclass(frozen=True)
 class Settled:
-    """Poses that suit all edges.
+    """Poses that suit all edges."""
 
-    Attributes:
-        poses: (n, 4, 4).
-        weights: (m,) of the edges, 1 where they are believed and near 0 where the others contradict.
-        errors: (m,) square root of the mean squared error of each edge over its six directions, in standard deviations.
-    """
-
-    poses: Array
-    weights: Array
+    poses: Array  # (n, 4, 4)
+    weights: Array  # (m,) of the edges, 1 where they are believed and near 0 where the others contradict
+    # (m,) square root of the mean squared error of each edge over its six directions, in standard deviations
     errors: Array
 
 

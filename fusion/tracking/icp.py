@@ -21,45 +21,29 @@ NEAR = 0.02  # steps below this share of its reach end a pass before (guess)
 
 @dataclass(frozen=True)
 class IcpSettings:
-    """How one frame is aligned.
+    """How one frame is aligned."""
 
-    Attributes:
-        points: one pass per value, coarse to fine: about how many points take part, if there are as many.
-        reaches: largest distance of a pair in each pass [m].
-        iterations: at most, in each pass.
-        min_cosine: smallest cosine between the normals of a pair.
-        min_inlier_share: below this share of the visible points, the alignment has failed.
-        max_residual: rms point-to-plane distance [m] above which the alignment has failed.
-    """
-
+    # one pass per value, coarse to fine: about how many points take part, if there are as many
     points: tuple[int, ...] = (2000, 4000, 40000)
-    reaches: tuple[float, ...] = (0.20, 0.05, 0.02)
-    iterations: tuple[int, ...] = (12, 6, 6)
-    min_cosine: float = 0.7
-    min_inlier_share: float = 0.4
-    max_residual: float = 0.05
+    reaches: tuple[float, ...] = (0.20, 0.05, 0.02)  # largest distance of a pair in each pass [m]
+    iterations: tuple[int, ...] = (12, 6, 6)  # at most, in each pass
+    min_cosine: float = 0.7  # smallest cosine between the normals of a pair
+    min_inlier_share: float = 0.4  # below this share of the visible points, the alignment has failed
+    max_residual: float = 0.05  # rms point-to-plane distance [m] above which the alignment has failed
 
 
 @dataclass(frozen=True)
 class IcpResult:
-    """An alignment and the evidence for it.
+    """An alignment and the evidence for it."""
 
-    Attributes:
-        T_model_source: (4, 4).
-        information: (6, 6) inverse covariance of a left twist (rotation about the source points' centroid
-            in the model's camera [rad], then shift [m]).
-        inlier_share: pairs over points that the model could have met.
-        residual: robust rms point-to-plane distance [m].
-        status: "ok", or a sentence saying why it failed.
-        unconstrained: names of directions that the surface does not fix.
-    """
-
-    T_model_source: Array
+    T_model_source: Array  # (4, 4)
+    # (6, 6) inverse covariance of a left twist (rotation about the source points' centroid in the model's camera [rad],
+    # then shift [m])
     information: Array
-    inlier_share: float
-    residual: float
-    status: str
-    unconstrained: tuple[str, ...] = ()
+    inlier_share: float  # pairs over points that the model could have met
+    residual: float  # robust rms point-to-plane distance [m]
+    status: str  # "ok", or a sentence saying why it failed
+    unconstrained: tuple[str, ...] = ()  # names of directions that the surface does not fix
 
     @property
     def ok(self) -> bool:

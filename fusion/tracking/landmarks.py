@@ -30,17 +30,11 @@ PLACED = 1.5  # standard deviation of a landmark in the image [px]: detector and
 
 @dataclass(frozen=True)
 class Landmarks:
-    """Landmarks of an image.
+    """Landmarks of an image."""
 
-    Attributes:
-        points: (n, 3) in the camera's frame [m].
-        sigma: (n,) standard deviation of a point's place [m].
-        descriptors: (n, 32) uint8 bits, or (n, 33) float32 histograms of a surface.
-    """
-
-    points: Array
-    sigma: Array
-    descriptors: NDArray[Any]
+    points: Array  # (n, 3) in the camera's frame [m]
+    sigma: Array  # (n,) standard deviation of a point's place [m]
+    descriptors: NDArray[Any]  # (n, 32) uint8 bits, or (n, 33) float32 histograms of a surface
 
     def __len__(self) -> int:
         return len(self.points)
@@ -48,19 +42,12 @@ class Landmarks:
 
 @dataclass(frozen=True)
 class Met:
-    """Two images that show the same.
+    """Two images that show the same."""
 
-    Attributes:
-        T_a_b: (4, 4).
-        count: landmarks that agree.
-        information: (6, 6) inverse covariance of a left twist, turns about `centre`: [rad], [m].
-        centre: (3,) in the frame of a [m].
-    """
-
-    T_a_b: Array
-    count: int
-    information: Array
-    centre: Array
+    T_a_b: Array  # (4, 4)
+    count: int  # landmarks that agree
+    information: Array  # (6, 6) inverse covariance of a left twist, turns about `centre`: [rad], [m]
+    centre: Array  # (3,) in the frame of a [m]
 
 
 def landmarks(grey: NDArray[np.uint8], surface: PointMap) -> Landmarks:

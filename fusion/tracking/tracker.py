@@ -25,40 +25,28 @@ WIDE = IcpSettings(reaches=(0.30, 0.10, 0.03), iterations=(30, 15, 6), min_inlie
 
 @dataclass(frozen=True)
 class TrackerSettings:
-    """How frames are placed.
+    """How frames are placed."""
 
-    Attributes:
-        icp: between neighbouring frames.
-        wide: after a lost frame.
-        past_poses: how many older poses to try when the last good one does not help.
-        max_shift, max_turn: largest motion between two frames in a row [m], [rad]; more is taken for a failure.
-    """
-
-    icp: IcpSettings = field(default_factory=IcpSettings)
-    wide: IcpSettings = WIDE
-    past_poses: int = 6
+    icp: IcpSettings = field(default_factory=IcpSettings)  # between neighbouring frames
+    wide: IcpSettings = WIDE  # after a lost frame
+    past_poses: int = 6  # how many older poses to try when the last good one does not help
+    # max_shift, max_turn: largest motion between two frames in a row [m], [rad]; more is taken for a failure
     max_shift: float = 0.30
     max_turn: float = 0.52
 
 
 @dataclass(frozen=True)
 class Tracked:
-    """Where a frame was placed, and the evidence for it.
+    """Where a frame was placed, and the evidence for it."""
 
-    Attributes:
-        T_world_camera: (4, 4), all NaN when the frame is rejected.
-        status: "ok", or a sentence saying why the frame is rejected.
-        inlier_share, residual, information, unconstrained: as in `IcpResult`.
-        tried: the frame shows a surface, so that it could be placed.
-    """
-
-    T_world_camera: Array
-    status: str = "ok"
+    T_world_camera: Array  # (4, 4), all NaN when the frame is rejected
+    status: str = "ok"  # "ok", or a sentence saying why the frame is rejected
+    # inlier_share, residual, information, unconstrained: as in `IcpResult`
     inlier_share: float = float("nan")
     residual: float = float("nan")
     information: Array = field(default_factory=lambda: np.zeros((6, 6)))
     unconstrained: tuple[str, ...] = ()
-    tried: bool = True
+    tried: bool = True  # the frame shows a surface, so that it could be placed
 
     @property
     def ok(self) -> bool:

@@ -6,8 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.compute.arrays import I32, I32_2, I64
-from fusion.compute.language import func, kernel, ti
+from fusion.compute.language import I32, I32_2, I64, func, kernel, ti
 from fusion.volume.settings import LATTICE
 
 

@@ -7,8 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.compute.arrays import F32
-from fusion.compute.language import func, ti
+from fusion.compute.language import F32, func, ti
 from fusion.geometry import lanes
 from fusion.geometry.camera import Camera
 from fusion.geometry.lens import radial

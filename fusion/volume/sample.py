@@ -6,8 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.compute.arrays import F32, F32_2, I32, I32_2, I64
-from fusion.compute.language import func, kernel, ti
+from fusion.compute.language import F32, F32_2, I32, I32_2, I64, func, kernel, ti
 from fusion.volume.blocks import Blocks, entry
 from fusion.volume.hashing import lookup
 from fusion.volume.settings import BLOCK, LATTICE

@@ -23,21 +23,13 @@ ALIKE = 0.3  # by so much its distance may differ from frame to frame (guess)
 
 @dataclass(frozen=True)
 class Subject:
-    """What is scanned.
+    """What is scanned."""
 
-    Attributes:
-        room: True for a room, False for an object.
-        size: largest side of what the frames show, in their own axes [m].
-        distance: median depth [m].
-        sigma: median noise there [m].
-        free: it stands free before its surroundings; the others' size, distance and noise are those of all that is
-            seen.
-    """
-
-    room: bool
-    size: float
-    distance: float
-    sigma: float
+    room: bool  # True for a room, False for an object
+    size: float  # largest side of what the frames show, in their own axes [m]
+    distance: float  # median depth [m]
+    sigma: float  # median noise there [m]
+    # it stands free before its surroundings; the others' size, distance and noise are those of all that is seen
     free: bool
 
     @property

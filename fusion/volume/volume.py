@@ -168,11 +168,7 @@ class Volume:
 
     @classmethod
     def load(cls, path: Path | str) -> "Volume":
-        """Read what `save` wrote.
-
-        Raises:
-            VolumeError: the file is missing or no volume.
-        """
+        """Read what `save` wrote. VolumeError: the file is missing or no volume."""
         start()
         blocks = store.load(Path(path))
         volume = cls(blocks.settings)

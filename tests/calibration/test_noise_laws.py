@@ -12,7 +12,7 @@ from fusion.calibration.noise.laws.axial_forms import AxialForm, Places, candida
 from fusion.calibration.noise.laws.dropout import dropout_law
 from fusion.calibration.noise.laws.fit import Data, fit_law
 from fusion.calibration.noise.laws.lateral import lateral_law
-from fusion.calibration.noise.rounding import without_rounding
+from fusion.calibration.noise.repeats import without_rounding
 from fusion.errors import FusionError
 from fusion.sensor.effects.readout.axial_noise import AxialNoise
 from fusion.sensor.effects.readout.depth_scale import DepthScale

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fusion.compute.arrays import F32
 from fusion.compute.back_end import KNOWN
 from fusion.compute.choice import plain, quadrants
+from fusion.compute.language import F32
 from fusion.compute.launch import Kernel, kernel
 from fusion.compute.start import start
 from fusion.errors import FusionError

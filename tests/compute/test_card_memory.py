@@ -5,9 +5,8 @@ from copy import deepcopy
 import numpy as np
 import pytest
 
-from fusion.compute.arrays import F32
 from fusion.compute.cards import memory
-from fusion.compute.language import kernel
+from fusion.compute.language import F32, kernel
 from fusion.compute.launch import Kernel
 from fusion.compute.start import start
 from fusion.geometry.camera import Camera

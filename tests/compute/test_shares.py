@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from fusion.compute.arrays import I32
-from fusion.compute.language import kernel, ti
+from fusion.compute.language import I32, kernel, ti
 from fusion.compute.shares import SHARES, after, dealt, share
 from fusion.compute.start import start
 

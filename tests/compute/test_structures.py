@@ -5,9 +5,8 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from fusion.compute.arrays import F32
 from fusion.compute.back_end import KNOWN
-from fusion.compute.language import func, kernel, ti
+from fusion.compute.language import F32, func, kernel, ti
 from fusion.compute.launch import Kernel
 from fusion.compute.start import start
 from fusion.compute.structures import apart, flattened

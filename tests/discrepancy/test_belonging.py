@@ -9,7 +9,7 @@ import fusion
 from fusion.discrepancy.belonging import refuse_strangers
 from fusion.errors import RecordingError
 from fusion.sensor.view import LIGHT_SPEED
-from fusion.simulation.scenes.wall import wall
+from fusion.simulation.scenes.panel import wall
 
 CAMERA = replace(fusion.find_camera("kinect-v1"), width=80, height=60, fx=73.0, fy=73.0, cx=39.5, cy=29.5)
 

@@ -11,7 +11,7 @@ import fusion
 from fusion.commands.camera.explain import left_out
 from fusion.errors import RecordingError
 from fusion.recording.looking.copies import print_of, refuse_copies
-from fusion.simulation.scenes.wall import wall
+from fusion.simulation.scenes.panel import wall
 
 CAMERA = replace(fusion.find_camera("kinect-v1"), width=80, height=60, fx=73.0, fy=73.0, cx=39.5, cy=29.5)
 

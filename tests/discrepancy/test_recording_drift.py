@@ -36,7 +36,7 @@ def test_recordings_that_drift_are_told_from_laws():
 @pytest.mark.slow
 def test_no_law_is_made_of_drift():
     found = explained_looks(drifted(sensor_of("itof"), 2), sensor_of("itof"))
-    assert found.before.loose.drift > 0
+    assert DRIFT / 3 < found.before.loose.drift < 3 * DRIFT  # as above
     assert not found.named.steps
     assert not found.unknown
 

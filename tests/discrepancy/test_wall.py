@@ -8,7 +8,7 @@ from fusion.discrepancy.observe.wall import wall_of
 from fusion.recording.open import open_recording
 from fusion.sensor.effects.readout.depth_scale import DepthScale
 from fusion.sensor.sensor import Sensor
-from fusion.simulation.scenes.wall import wall
+from fusion.simulation.scenes.panel import wall
 from fusion.simulation.simulate import simulate
 from fusion.simulation.write import write_simulation
 

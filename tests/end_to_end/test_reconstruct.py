@@ -24,7 +24,7 @@ from fusion.reconstruction.settings import ReconstructSettings
 from fusion.recording.native.trajectory_file import read_trajectory
 from fusion.recording.recording import Frame, Recording
 from fusion.recording.writing.write import write_recording
-from fusion.results.off_course import off_course
+from fusion.results.course import off_course
 from fusion.sensor.presets import default_sensor
 from fusion.simulation.rendering.render import RayCaster
 

@@ -95,14 +95,14 @@ def test_without_locks_in_the_file_system_results_are_made_and_nothing_is_swept(
 def test_a_place_that_was_swept_before_it_was_held_is_made_anew(tmp_path, monkeypatch):
     swept = []
 
-    def hold(lock):
+    def flock(lock, how):
         if not swept:
             swept.append(next(tmp_path.iterdir()))
             shutil.rmtree(swept[0])
-        return held(lock)
+        return held(lock, how)
 
-    held = module._hold
-    monkeypatch.setattr(module, "_hold", hold)
+    held = module.fcntl.flock
+    monkeypatch.setattr(module.fcntl, "flock", flock)
     with staging(tmp_path / "out") as at:
         assert at.folder != swept[0]
         assert at.folder.is_dir()

@@ -6,8 +6,7 @@ from evo.core import metrics
 from evo.core.trajectory import PoseTrajectory3D
 
 from fusion.geometry.pose import exp
-from fusion.geometry.trajectory import Trajectory
-from fusion.geometry.trajectory_error import trajectory_error
+from fusion.geometry.trajectory import Trajectory, trajectory_error
 
 
 def trajectories(count=40, seed=0):

@@ -10,7 +10,7 @@ import fusion
 from fusion.commands.main import main
 from fusion.mesh.cleanup import fill_small_holes, large_parts, without_crumbs
 from fusion.mesh.comparison.compare import CompareSettings, compare
-from fusion.mesh.comparison.knowable import OVER, SIGMA
+from fusion.mesh.comparison.statistics import OVER, SIGMA
 from fusion.mesh.files import read_mesh, write_mesh
 from fusion.mesh.mesh import Mesh
 from fusion.results.comparison import judge_comparison

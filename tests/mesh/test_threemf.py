@@ -112,7 +112,7 @@ def test_parts_stand_where_groups_and_the_plate_put_them(tmp_path):
     np.testing.assert_allclose(mesh.vertices * 1000, np.vstack([first + np.array([10, 0, 0]), turned]), atol=1e-5)
     mirror = '<item objectid="1" transform="-1 0 0 0 1 0 0 0 1 0 0 0"/>'
     mirrored = read_mesh(by_hand(tmp_path / "m.3mf", build=mirror))
-    assert mirrored.to_trimesh().volume > 0  # its faces still look outwards
+    assert mirrored.to_trimesh().volume == pytest.approx(1e-9)  # 1 x 2 x 3 / 6 mm^3: its faces still look outwards
 
 
 def test_broken_files_are_one_line(tmp_path, monkeypatch):

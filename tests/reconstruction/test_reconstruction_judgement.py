@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 import trimesh
 
-from fusion.geometry.trajectory import Trajectory
-from fusion.geometry.trajectory_error import trajectory_error
+from fusion.geometry.trajectory import Trajectory, trajectory_error
 from fusion.mesh.mesh import Mesh
 from fusion.reconstruction.result import Reconstruction
 from fusion.results.choices import LensUsed, ReconstructionChoices
+from fusion.results.course import OffCourse
 from fusion.results.light import Light
-from fusion.results.off_course import OffCourse
 from fusion.sensor.correction.summary import CorrectionFigures
 from fusion.volume.volume import Volume, VolumeSettings
 

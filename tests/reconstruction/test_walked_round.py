@@ -194,7 +194,7 @@ def test_stated_poses_say_it_before_the_start(caster):
 
 def test_an_object_that_does_not_fit_after_all_stays_a_room(caster, monkeypatch):
     recording, _ = recording_of(caster, round_it(90, 0.8, count=46))
-    monkeypatch.setattr("fusion.reconstruction.planning._taken", lambda *_: 0)  # a forecast may be wrong
+    monkeypatch.setattr("fusion.reconstruction.planning.forecast_bytes", lambda *_: 0)  # a forecast may be wrong
     result = reconstruct(recording, replace(FREE, max_bytes=24 << 20))
     assert result.settings.kind == "room" and "does not fit into its memory" in result.settings.kind_reason
     assert len(result.mesh.faces)

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from fusion.geometry.camera import Camera
-from fusion.recording.checks.bumped import check_camera_bumped
-from fusion.recording.checks.drift import check_depth_drifts
+from fusion.recording.checks.drift import check_camera_bumped, check_depth_drifts
 from fusion.recording.looking.sample import draw
 from fusion.recording.recording import Frame, Recording
 

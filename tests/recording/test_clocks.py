@@ -8,8 +8,7 @@ import pytest
 from fusion.geometry.camera import Camera
 from fusion.recording.checks.clocks import clock_jumps, missing_frames
 from fusion.recording.checks.stamps import GAP, unit_of_stamps
-from fusion.recording.recording import Frame, Recording
-from fusion.recording.streams import FrameStreams
+from fusion.recording.recording import Frame, FrameStreams, Recording
 
 EVEN = np.arange(300) / 30
 CAMERA = Camera(8, 6, 10.0, 10.0, 3.5, 2.5)

@@ -11,8 +11,7 @@ from fusion.geometry.camera import Camera
 from fusion.recording.checks.depth_values import check_depth_values
 from fusion.recording.looking.sample import draw
 from fusion.recording.open import open_recording
-from fusion.recording.recording import Frame, Recording
-from fusion.recording.streams import FrameStreams
+from fusion.recording.recording import Frame, FrameStreams, Recording
 from fusion.recording.writing.write import write_recording
 
 CAMERA = Camera(40, 30, 35.0, 35.0, 19.5, 14.5, depth_scale=1000.0, principle="structured_light")

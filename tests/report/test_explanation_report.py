@@ -14,7 +14,7 @@ import pytest
 from browser import BINARY, Browser
 from explained import explanation_of
 
-from fusion.commands.terminal.verdict_lines import verdict_lines
+from fusion.commands.camera.explain import verdict_lines
 from fusion.discrepancy.compared import cleaned, compared
 from fusion.discrepancy.held_out import held_out_of
 from fusion.discrepancy.inference.tile_covariance import MeasuredTiles

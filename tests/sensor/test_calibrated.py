@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fusion.geometry.camera import Camera
-from fusion.sensor.correction.calibrated import LEAST, MOST, depth_std, tilt_std
+from fusion.sensor.correction.unit import LEAST, MOST, depth_std, tilt_std
 from fusion.sensor.effects.phase.column_delay import ColumnDelay
 from fusion.sensor.effects.readout.depth_offset import DepthOffset
 from fusion.sensor.effects.triangulation.disparity_offset import DisparityOffset

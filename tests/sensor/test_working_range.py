@@ -11,14 +11,14 @@ from fusion.errors import SensorError
 from fusion.geometry.camera import Camera
 from fusion.recording.open import open_recording
 from fusion.sensor.files.sensor_file import read_sensor, write_sensor
-from fusion.sensor.presets import PRESETS
+from fusion.sensor.presets import PRESETS, preset
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import View
 from fusion.sensor.working_range import ANY, WorkingRange
 
 CAMERA = Camera(4, 1, 500.0, 500.0, 1.5, 0.0)
 DEPTH = np.array([[0.3, 0.5, 9.0, 11.0]], np.float32)
-LIMITED = replace(PRESETS["kinect-v1"](), effects=(), works=WorkingRange(0.4, 10.0, "made up"))
+LIMITED = replace(preset("kinect-v1"), effects=(), works=WorkingRange(0.4, 10.0, "made up"))
 
 
 def test_what_lies_outside_has_no_value():
@@ -29,7 +29,7 @@ def test_what_lies_outside_has_no_value():
 
 
 def test_a_value_that_is_there_keeps_its_weight():
-    limited, free = (replace(PRESETS["kinect-v1"](), works=works) for works in (LIMITED.works, ANY))
+    limited, free = (replace(preset("kinect-v1"), works=works) for works in (LIMITED.works, ANY))
     assert np.array_equal(limited.weight(DEPTH, None, CAMERA), free.weight(DEPTH, None, CAMERA))
 
 
@@ -43,9 +43,9 @@ def test_it_goes_through_a_file(tmp_path):
         read_sensor(tmp_path / "sensor.json")
 
 
-@pytest.mark.parametrize("name", sorted(set(PRESETS) - {"ideal", "iphone-truedepth"}))
+@pytest.mark.parametrize("name", sorted(set(PRESETS) - {"iphone-truedepth"}))
 def test_every_preset_but_apples_front_camera_states_one_with_its_source(name):
-    works = PRESETS[name]().works
+    works = preset(name).works
     assert works != ANY and works.source
 
 

@@ -27,9 +27,9 @@ def test_the_same_edges_with_and_without(axis, shape, monkeypatch):
         labels = rng.integers(0, 3, shape) if turn % 4 == 0 else None
         frame = IdealFrame(depth, segmentation=labels, rounding=0.001 * (turn % 3 == 0))
         with np.errstate(all="ignore"):
-            quick = edges._torn(1 / depth, frame, axis)
+            quick = edges.torn(1 / depth, frame, axis)
             with monkeypatch.context() as around:
-                around.setattr(edges, "_calm", lambda step, *_: np.zeros(len(step), bool))
-                slow = edges._torn(1 / depth, frame, axis)
+                around.setattr(edges, "calm", lambda step, *_: np.zeros(len(step), bool))
+                slow = edges.torn(1 / depth, frame, axis)
         for one, other in zip(quick, slow, strict=True):
             np.testing.assert_array_equal(one, other)

@@ -17,11 +17,10 @@ from fusion.errors import MeshError
 from fusion.mesh.formats.conventions import for_file
 from fusion.mesh.mesh import Mesh
 from fusion.recording.native.trajectory_file import write_trajectory
-from fusion.texture.files import write_glb, write_obj
+from fusion.texture.files import write_glb, write_obj, write_usdz
 from fusion.texture.other_mesh import apart, read_other
 from fusion.texture.result_folder import open_result
 from fusion.texture.textured import texture_mesh
-from fusion.texture.usd import write_usdz
 from fusion.texture.views import Views
 
 NEAR = 6  # [counts] the paint at a millimetre's distance, and what bilinear looks differ by

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from side_by_side import compared, switching_often
 
-from fusion.calibration.noise import repeats, rounding
+from fusion.calibration.noise import repeats
 from fusion.geometry.camera import Camera
 from fusion.report.kit.palette import new_figure, styled, to_svg
 from fusion.sensor.effects.readout import lateral_noise
@@ -37,7 +37,7 @@ KEPT = {
     "fields": lambda: [frozen_field((8, 9), 1.0, "a", 0), frozen_map((8, 9), 1.0, "a", 0)],
     "bands": lambda: [vertical_banding._frozen_steps(64, 1)],
     "shares": lateral_noise._normal_shares,
-    "rounding": rounding._table,
+    "rounding": repeats._table,
 }
 
 

@@ -17,8 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fusion.geometry.camera import Camera
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Camera, Principle
 from fusion.recording.recording import Frame
 from fusion.recording.writing.write import write_recording
 

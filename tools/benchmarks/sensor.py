@@ -19,9 +19,8 @@ from typing import Any
 
 import numpy as np
 
-from fusion.geometry.camera import Camera
+from fusion.geometry.camera import Camera, Principle
 from fusion.geometry.pose import Array
-from fusion.geometry.principle import Principle
 from fusion.mesh.mesh import Mesh
 from fusion.sensor.correction.estimate import estimated_view
 from fusion.sensor.effect import Effect

@@ -16,7 +16,7 @@ from fusion.files.output.publish import atomic_file
 from fusion.report.evaluations.camera_page import camera_page, camera_picture
 from fusion.sensor.files.contributed import shortcomings
 from fusion.sensor.files.sensor_file import read_sensor
-from fusion.sensor.presets import PRESETS
+from fusion.sensor.presets import PRESETS, preset
 from fusion.sensor.sensor import Sensor
 from fusion.simulation.exporting.loss import usual_camera
 
@@ -38,7 +38,7 @@ To add a camera that you have measured: `fusion sensor check sensor.json` says w
 
 def models() -> dict[str, Sensor]:
     """Presets and contributed models, by the name of their page. Raises SystemExit where one is not complete."""
-    found = {name: make() for name, make in PRESETS.items() if name != "ideal"}
+    found = {name: preset(name) for name in PRESETS}
     for path in sorted((PROJECT / CONTRIBUTED).glob("*.json")):
         sensor = read_sensor(path)
         if missing := shortcomings(sensor):

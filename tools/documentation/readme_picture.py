@@ -16,7 +16,7 @@ from PIL import Image
 
 import fusion
 from fusion.files.output.publish import atomic_file
-from fusion.mesh.drawing.picture import raised, shaded
+from fusion.mesh.drawing.shading import raised, shaded
 from fusion.mesh.drawing.sight import SightSide, sides
 from fusion.report.kit.palette import DIVERGING, INK, SOFT, new_figure, styled
 from fusion.report.kit.views import Scale, scale_colors

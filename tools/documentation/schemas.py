@@ -16,7 +16,7 @@ from fusion.files.output.publish import atomic_file
 from fusion.files.schema import schema_of
 from fusion.recording.native.camera_file import CameraFile
 from fusion.sensor.files.sensor_fields import sensor_file
-from fusion.simulation.scene.fields import SceneFile
+from fusion.simulation.scene.source import SceneFile
 
 FOLDER = Path(__file__).resolve().parents[2] / "docs" / "schemas"
 DIALECT = "https://json-schema.org/draft/2020-12/schema"

@@ -16,8 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.errors import FusionError
-from fusion.geometry.camera import Camera
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Camera, Principle
 from fusion.recording.cameras.presets import find_camera
 from fusion.recording.images.load_frame import counts_to_metres
 from fusion.recording.images.read import read_counts

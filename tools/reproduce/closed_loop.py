@@ -18,7 +18,7 @@ from fusion.discrepancy.likeness import Likeness, likeness
 from fusion.discrepancy.observe.frame_block import blocks_of, wanted_channels
 from fusion.discrepancy.observe.observations import Observations, observe
 from fusion.discrepancy.observe.stage import stage_of
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Principle
 from fusion.recording.open import open_recording
 from fusion.sensor.files.sensor_file import read_sensor
 from fusion.sensor.sensor import Sensor

@@ -15,8 +15,7 @@ import numpy as np
 
 from fusion.calibration.noise.target import FlatTarget
 from fusion.calibration.noise.target_noise import TargetNoise, measure_target
-from fusion.geometry.camera import Camera
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Camera, Principle
 from fusion.mesh.mesh import Mesh
 from fusion.sensor.effects.readout.lateral_noise import LateralNoise
 from fusion.sensor.presets import preset

@@ -18,8 +18,7 @@ from tempfile import TemporaryDirectory
 from types import CodeType, FrameType
 from typing import Any
 
-from fusion.geometry.camera import Camera
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Camera, Principle
 from fusion.recording.open import open_recording
 from fusion.recording.recording import Recording
 from fusion.recording.writing.write import write_recording

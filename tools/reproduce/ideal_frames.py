@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Principle
 from fusion.sensor.correction.estimate import reflectance_of
 from fusion.sensor.files.sensor_file import read_sensor
 from fusion.sensor.sensor import Sensor

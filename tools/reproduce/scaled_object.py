@@ -13,7 +13,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from fusion.errors import FusionError
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Principle
 from fusion.mesh.comparison.distances import signed_distances
 from fusion.mesh.mesh import Mesh
 from fusion.recording.open import open_recording

@@ -16,7 +16,7 @@ from fusion.discrepancy.observe.frame_block import blocks_of, stage_of, wanted_c
 from fusion.discrepancy.observe.observations import observe
 from fusion.discrepancy.verdict.verdict import verdict_of
 from fusion.files.json_values import json_text
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Principle
 from fusion.recording.open import open_recording
 from fusion.sensor.files.sensor_file import read_sensor, write_sensor
 

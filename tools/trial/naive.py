@@ -12,7 +12,7 @@ from fusion.discrepancy.inference.tile_covariance import covariance_of
 from fusion.discrepancy.naming.search.candidates import candidates_of
 from fusion.discrepancy.observe.frame_block import blocks_of, stage_of, wanted_channels
 from fusion.discrepancy.observe.observations import observe
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Principle
 from fusion.recording.open import open_recording
 from fusion.sensor.files.sensor_file import read_sensor
 

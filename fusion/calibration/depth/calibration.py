@@ -28,8 +28,7 @@ from fusion.calibration.depth.walls.lamp import with_lamp
 from fusion.calibration.depth.walls.wall import Wall, read_walls
 from fusion.calibration.lens.boards.board import Board
 from fusion.errors import FusionError
-from fusion.geometry.camera import Camera
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Camera, Principle
 from fusion.progress import each, stage
 from fusion.quantity import DISTANCE_STD as POSSIBLE_STD
 from fusion.quantity import RADIAL_LIMIT

@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 
 from fusion.calibration.depth.laws.law_sensor import FITTED
 from fusion.errors import FusionError, SensorError
-from fusion.geometry.camera import Camera
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Camera, Principle
 from fusion.recording.recording import Recording
 from fusion.sensor.correction.unit import refuse_other_unit
 from fusion.sensor.effects.readout.depth_scale import DepthScale

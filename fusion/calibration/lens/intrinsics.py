@@ -44,25 +44,15 @@ class LensSettings:
 
 @dataclass(frozen=True)
 class CameraFit:
-    """One camera, and all that is known about how good it is.
+    """One camera, and all that is known about how good it is."""
 
-    Attributes:
-        camera: with `std` of every parameter.
-        judged: views used, outliers, solution.
-        spread: covariance, jackknife, influence of every view.
-        uncertainty: of the projection over the picture.
-        coverage: share of the picture in which corners were seen.
-        pitch: (ratio, std) of the rows' over the columns' pitch as the views tell it.
-        k3_held: the views do not establish k3; it is 0.
-    """
-
-    camera: Camera
-    judged: JudgedViews
-    spread: LensSpread
-    uncertainty: ProjectionUncertainty
-    coverage: float
-    pitch: tuple[float, float]
-    k3_held: bool = False
+    camera: Camera  # with `std` of every parameter
+    judged: JudgedViews  # views used, outliers, solution
+    spread: LensSpread  # covariance, jackknife, influence of every view
+    uncertainty: ProjectionUncertainty  # of the projection over the picture
+    coverage: float  # share of the picture in which corners were seen
+    pitch: tuple[float, float]  # (ratio, std) of the rows' over the columns' pitch as the views tell it
+    k3_held: bool = False  # the views do not establish k3; it is 0
 
     @property
     def most_influential(self) -> tuple[str, float]:
@@ -75,22 +65,15 @@ class CameraFit:
 
 @dataclass(frozen=True)
 class Intrinsics:
-    """The result for a recording.
+    """The result for a recording."""
 
-    Attributes:
-        camera: the IR (or only) camera, with the colour camera and its place where both were given.
-        board: that was looked for.
-        searches, fits: of the cameras, "ir" first where there is one.
-        pair: how the colour camera stands, or None.
-        warnings: one sentence each.
-    """
-
-    camera: Camera
-    board: Board
+    camera: Camera  # the IR (or only) camera, with the colour camera and its place where both were given
+    board: Board  # that was looked for
+    # searches, fits: of the cameras, "ir" first where there is one
     searches: dict[str, Search]
     fits: dict[str, CameraFit]
-    pair: CameraPair | None = None
-    warnings: list[str] = field(default_factory=list)
+    pair: CameraPair | None = None  # how the colour camera stands, or None
+    warnings: list[str] = field(default_factory=list)  # one sentence each
 
     def __repr__(self) -> str:
         views = ", ".join(f"{len(fit.judged.views)} views ({name})" for name, fit in self.fits.items())

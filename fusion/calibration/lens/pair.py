@@ -17,28 +17,20 @@ FEWEST_CORNERS = 6
 FAR = (
     5.0  # robust standard deviations: a pair that says something else (a board counted from its other end, a moved rig)
 )
-LEAST = (0.5, 0.01)  # [deg], [m]: differences below are no reason to drop a pair
+# [deg], [m]: differences below are no reason to drop a pair; absolute, of a rig's screws and a hand
+LEAST = (0.5, 0.01)
 
 
 @dataclass(frozen=True)
 class CameraPair:
-    """Two cameras side by side.
+    """Two cameras side by side."""
 
-    Attributes:
-        T_color_depth: (4, 4) maps points of the depth camera to the colour camera.
-        std_rotation: (3,) [rad] about x, y, z.
-        std_translation: (3,) [m].
-        rms_px: over the corners of both.
-        used: names of the pairs.
-        left_out: names of pairs that say something else.
-    """
-
-    T_color_depth: Array
-    std_rotation: Array
-    std_translation: Array
-    rms_px: float
-    used: list[str]
-    left_out: list[str]
+    T_color_depth: Array  # (4, 4) maps points of the depth camera to the colour camera
+    std_rotation: Array  # (3,) [rad] about x, y, z
+    std_translation: Array  # (3,) [m]
+    rms_px: float  # over the corners of both
+    used: list[str]  # names of the pairs
+    left_out: list[str]  # names of pairs that say something else
 
 
 def place_color(

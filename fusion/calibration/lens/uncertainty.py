@@ -17,18 +17,12 @@ class ProjectionUncertainty:
     """Standard deviation of the projection over the picture, in its worst direction.
 
     A turn of the whole camera is taken out: whoever fits poses or tracks never sees it.
-
-    Attributes:
-        pixels: (rows, columns, 2) where [px].
-        sigma_px: (rows, columns) [px].
-        sigma_m: (rows, columns) [m] across the ray at the working distance.
-        distance: the working distance [m].
     """
 
-    pixels: Array
-    sigma_px: Array
-    sigma_m: Array
-    distance: float
+    pixels: Array  # (rows, columns, 2) where [px]
+    sigma_px: Array  # (rows, columns) [px]
+    sigma_m: Array  # (rows, columns) [m] across the ray at the working distance
+    distance: float  # the working distance [m]
 
     def numbers(self) -> dict[str, float]:
         """Centre, rms and worst, in pixels and in millimetres."""
@@ -45,9 +39,7 @@ def projection_uncertainty(camera: Camera, covariance: Array, distance: float) -
     """The projection uncertainty of a camera.
 
     Args:
-        camera: of the fit.
         covariance: (k, k) of its parameters in the order of RATIONAL, of which there are 9 or 12.
-        distance: working distance [m].
     """
     u, v = np.meshgrid(np.linspace(0, camera.width - 1, GRID[0]), np.linspace(0, camera.height - 1, GRID[1]))
     pixels = np.stack([u, v], axis=2)

@@ -12,21 +12,13 @@ from fusion.geometry.pose import Array
 
 @dataclass(frozen=True)
 class BoardView:
-    """The corners of a board in one picture.
+    """The corners of a board in one picture."""
 
-    Attributes:
-        name: of the picture.
-        ids: (n,) index of each corner on the board, row by row.
-        points: (n, 3) the same corners on the board [m], z 0.
-        pixels: (n, 2) where they were seen [px].
-        how: which detector found them.
-    """
-
-    name: str
-    ids: NDArray[np.intp]
-    points: Array
-    pixels: Array
-    how: str = ""
+    name: str  # of the picture
+    ids: NDArray[np.intp]  # (n,) index of each corner on the board, row by row
+    points: Array  # (n, 3) the same corners on the board [m], z 0
+    pixels: Array  # (n, 2) where they were seen [px]
+    how: str = ""  # which detector found them
 
     def __len__(self) -> int:
         return len(self.ids)

@@ -39,26 +39,19 @@ class LightPoint:
 
 @dataclass(frozen=True)
 class AmbientEstimate:
-    """Ambient light at the surface.
+    """Ambient light at the surface."""
 
-    Attributes:
-        lux: estimate [lux].
-        low, high: 90 % interval [lux]; low is 0 where the noise is not above that of a room, high is inf where it is
-            beyond the brightest law.
-        noise_low, noise_high: the same were the light of the laws known exactly: what the noise alone says.
-        points: places that were used.
-        law: where the noise over light comes from.
-        sentence: for a person.
-    """
-
-    lux: float
+    lux: float  # estimate [lux]
+    # low, high: 90 % interval [lux]; low is 0 where the noise is not above that of a room, high is inf where it is
+    # beyond the brightest law
     low: float
     high: float
+    # noise_low, noise_high: the same were the light of the laws known exactly: what the noise alone says
     noise_low: float
     noise_high: float
-    points: int
-    law: str
-    sentence: str
+    points: int  # places that were used
+    law: str  # where the noise over light comes from
+    sentence: str  # for a person
 
 
 def points_of(poses: Iterable[Pose]) -> list[LightPoint]:

@@ -40,23 +40,16 @@ class NoiseSettings:
 
 @dataclass(frozen=True)
 class NoiseCalibration:
-    """Noise laws with their evidence.
+    """Noise laws with their evidence."""
 
-    Attributes:
-        sensor: the model with the laws' effects.
-        camera: that it belongs to.
-        poses: of the target, as they were measured.
-        axial, lateral, dropout: the laws; None where the data show none.
-        notes: ("ok", "warning" or "bad", sentence).
-    """
-
-    sensor: Sensor
-    camera: Camera
-    poses: list[Pose]
+    sensor: Sensor  # the model with the laws' effects
+    camera: Camera  # that it belongs to
+    poses: list[Pose]  # of the target, as they were measured
+    # axial, lateral, dropout: the laws; None where the data show none
     axial: AxialLaw
     lateral: LateralLaw | None
     dropout: DropoutLaw | None
-    notes: tuple[tuple[str, str], ...]
+    notes: tuple[tuple[str, str], ...]  # ("ok", "warning" or "bad", sentence)
 
     def __repr__(self) -> str:
         return f"<NoiseCalibration by {len(self.poses)} poses: {self.sensor!r}>"

@@ -10,7 +10,7 @@ Image = NDArray[np.floating]
 
 STRIP = (4, 14)  # [px] on both sides of an edge: fewest and most
 OUTER = 4  # [px] at the outer end of the strip that show what is behind
-NEAR = 0.03  # [m] with nothing behind, nearer to the plane than this is target
+NEAR = 0.03  # [m] with nothing behind, nearer to the plane than this is target; above the noise of any camera nearby
 
 
 def strip_width(target: FlatTarget) -> int:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.calibration.noise.rounding import whole_step, without_rounding
+from fusion.calibration.noise.repeats import whole_step, without_rounding
 from fusion.calibration.noise.still import still_parts
 from fusion.calibration.noise.target_noise import TargetNoise, measure_target
 from fusion.errors import FusionError, RecordingError
@@ -28,40 +28,27 @@ IR_FRAMES = 10  # frames whose infrared images are read: the mean amplitude is k
 
 @dataclass(frozen=True)
 class Pose:
-    """A target that stood still.
+    """A target that stood still."""
 
-    Attributes:
-        name: of the recording, with the frames when it has several poses.
-        seen: as it was measured.
-        depth: of the target's middle [m], known errors taken out.
-        tilt: of the target there [rad].
-        axial, axial_std: noise [m] without the rounding and without the noise that the sensor model knows; NaN
-            without values.
-        step: of the rounding [m].
-        ir: amplitude at the middle [count], NaN when there is no infrared image.
-        stretch: length of the middle's ray per metre of depth [1].
-        lux: light that the recording states, NaN when it does not.
-        shadowed: whether the left and the right edge lie beside a shadow.
-    """
-
-    name: str
-    seen: TargetNoise
-    depth: float
-    tilt: float
+    name: str  # of the recording, with the frames when it has several poses
+    seen: TargetNoise  # as it was measured
+    depth: float  # of the target's middle [m], known errors taken out
+    tilt: float  # of the target there [rad]
+    # axial, axial_std: noise [m] without the rounding and without the noise that the sensor model knows; NaN without
+    # values
     axial: float
     axial_std: float
-    step: float = 0.0
-    ir: float = float("nan")
-    stretch: float = 1.0
-    lux: float = float("nan")
-    shadowed: tuple[bool, bool] = (False, False)
+    step: float = 0.0  # of the rounding [m]
+    ir: float = float("nan")  # amplitude at the middle [count], NaN when there is no infrared image
+    stretch: float = 1.0  # length of the middle's ray per metre of depth [1]
+    lux: float = float("nan")  # light that the recording states, NaN when it does not
+    shadowed: tuple[bool, bool] = (False, False)  # whether the left and the right edge lie beside a shadow
 
 
 def read_poses(recordings: Sequence[Recording], camera: Camera, known: Sensor) -> tuple[list[Pose], list[str]]:
     """The poses of all recordings, and in words what was left out.
 
     Args:
-        camera: calibrated.
         known: what is known of the sensor; its depth errors are undone before a target's distance and tilt are read.
     Raises:
         FusionError: not one pose shows a target.

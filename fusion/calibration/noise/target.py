@@ -18,17 +18,13 @@ MARGIN = 0.12  # of width and height of the target that the inside keeps away fr
 
 @dataclass(frozen=True)
 class FlatTarget:
-    """Where a flat target is, and how it stands.
+    """Where a flat target is, and how it stands."""
 
-    Attributes:
-        mask: (h, w) its pixels.
-        rows, columns: first and last + 1 of the rectangle inside it, margins left out.
-        normal, distance: its plane n . p = distance [m] in the camera frame, n towards the camera (distance < 0).
-    """
-
-    mask: NDArray[np.bool_]
+    mask: NDArray[np.bool_]  # (h, w) its pixels
+    # rows, columns: first and last + 1 of the rectangle inside it, margins left out
     rows: tuple[int, int]
     columns: tuple[int, int]
+    # normal, distance: its plane n . p = distance [m] in the camera frame, n towards the camera (distance < 0).
     normal: NDArray[np.float64]
     distance: float
 

@@ -17,7 +17,7 @@ Image = NDArray[np.floating]
 
 PATCH = 240  # [px] of the target nearest to its middle: noise changes little over them
 OUTLIER = 6.0  # standard deviations from the plane
-LEAST_OUTLIER = 0.03  # [m] nearer to the plane than this nothing is an outlier
+LEAST_OUTLIER = 0.03  # [m] nearer to the plane than this nothing is an outlier; above the noise of any camera nearby
 MOST_FRAMES = 2000  # whose values are kept at a time; of longer series every second, third, ...
 SUNNY, FEWEST = 0.1, 5  # share of the frames and number of values that still place a target, where more are missing
 SCORES = 20  # frames whose z-scores are kept
@@ -25,40 +25,27 @@ SCORES = 20  # frames whose z-scores are kept
 
 @dataclass(frozen=True)
 class TargetNoise:
-    """What one pose of the target says.
+    """What one pose of the target says."""
 
-    Attributes:
-        pixel: (v, u) of the target's middle.
-        depth: there [m], of the plane through the target as it was measured, mean over the pixels of `axial`.
-        tilt: between the lines of sight to these pixels and the normal [rad], as `mean_tilt`.
-        frames: number of frames.
-        axial: standard deviation of one depth at the middle [m], NaN without values; outliers are left out.
-        axial_std: how well it is known [m], from the scatter between frames: neighbours may share their noise.
-        lateral: of the left and of the right edge [m], the spread of their pixels; NaN where there is none.
-        valid, no_data, outliers: shares of the pixels inside, one in sum.
-        z_scores: a sample of depths less their pixel's mean, over their pixel's standard deviation.
-        lateral_std: how well the lateral spreads are known [m].
-        nothing_behind: whether most pixels just outside the left and the right edge have no depth: shadow or empty.
-        step: mean gap between neighbouring values that occur [m]: the rounding; 0 where it cannot be told.
-        middle: rows and columns (n,) of the pixels that `axial` is of.
-        edge_depth: of the left and the right edge [m]: those of a tilted target are nearer and farther than its middle.
-    """
-
-    pixel: tuple[int, int]
-    depth: float
-    tilt: float
-    frames: int
-    axial: float
-    axial_std: float
+    pixel: tuple[int, int]  # (v, u) of the target's middle
+    depth: float  # there [m], of the plane through the target as it was measured, mean over the pixels of `axial`
+    tilt: float  # between the lines of sight to these pixels and the normal [rad], as `mean_tilt`
+    frames: int  # number of frames
+    axial: float  # standard deviation of one depth at the middle [m], NaN without values; outliers are left out
+    axial_std: float  # how well it is known [m], from the scatter between frames: neighbours may share their noise
+    # of the left and of the right edge [m], the spread of their pixels; NaN where there is none
     lateral: tuple[float, float]
+    # valid, no_data, outliers: shares of the pixels inside, one in sum
     valid: float
     no_data: float
     outliers: float
-    z_scores: NDArray[np.float32]
-    lateral_std: tuple[float, float] = (float("nan"), float("nan"))
+    z_scores: NDArray[np.float32]  # a sample of depths less their pixel's mean, over their pixel's standard deviation
+    lateral_std: tuple[float, float] = (float("nan"), float("nan"))  # how well the lateral spreads are known [m]
+    # whether most pixels just outside the left and the right edge have no depth: shadow or empty
     nothing_behind: tuple[bool, bool] = (False, False)
-    step: float = 0.0
-    middle: tuple[NDArray[np.intp], ...] = ()
+    step: float = 0.0  # mean gap between neighbouring values that occur [m]: the rounding; 0 where it cannot be told
+    middle: tuple[NDArray[np.intp], ...] = ()  # rows and columns (n,) of the pixels that `axial` is of
+    # of the left and the right edge [m]: those of a tilted target are nearer and farther than its middle
     edge_depth: tuple[float, float] = (float("nan"), float("nan"))
 
 

@@ -80,9 +80,9 @@ def run(options: argparse.Namespace) -> int | None:
 
 
 def _list(as_json: bool) -> None:
-    from fusion.sensor.presets import PRESETS
+    from fusion.sensor.presets import PRESETS, preset
 
-    models = [make() for make in PRESETS.values()]
+    models = [preset(name) for name in PRESETS]
     if as_json:
         rows = {m.name: {"principle": m.principle, "sensor": m.sensor, "effects": len(m.effects)} for m in models}
         print(json_text(rows))

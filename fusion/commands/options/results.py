@@ -10,7 +10,6 @@ def add_output(parser: argparse.ArgumentParser, what: str, report: bool = True, 
     """`-o`, `--overwrite` and, for a command that writes a page, `--no-report`.
 
     Args:
-        parser: of a command whose result is a folder.
         what: is written there, for the help.
         report: the command writes report.html.
         default: the folder where none is given; None makes `-o` required.

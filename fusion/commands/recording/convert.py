@@ -3,10 +3,16 @@
 import argparse
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from fusion.commands.options.printing import add_printing, asked, check_printing, printable
+from fusion.commands.options.numbers import number, whole_number
 from fusion.commands.options.results import add_topic
 from fusion.errors import FusionError
+from fusion.quantity import SMOOTH, TRIANGLES, WALL
+
+if TYPE_CHECKING:
+    from fusion.mesh.mesh import Mesh
+    from fusion.printing.ready import PrintSettings
 
 RECORDINGS = ("native", "tum", "open3d", "nerfstudio", "mcap")
 EXAMPLE = "fusion convert out/cup/mesh.ply cup.stl --watertight --triangles 100000"
@@ -34,7 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--unit", choices=("m", "cm", "mm", "inch"), help="of the STL file, IN or OUT, which says none (default: mm)"
     )
-    add_printing(parser)
+    _add_printing(parser)
     add_topic(parser)
     parser.add_argument("--overwrite", action="store_true", help="replace an earlier conversion, or the mesh file OUT")
 
@@ -66,7 +72,7 @@ def check(options: argparse.Namespace) -> None:
     if options.unit is not None and (options.recorded or endings.count(".stl") != 1):
         found, expected = " to ".join(endings), "a mesh to or from .stl; others are metres"
         raise FusionError("--unit is for an STL file", options.input, found, expected, "leave it out")
-    check_printing(options, options.recorded)
+    _check_printing(options, options.recorded)
     if not options.recorded:
         check_written(options.output)
     elif options.output.suffix.lower() in (*FORMATS, *WRITTEN) and not options.output.is_dir():
@@ -102,10 +108,10 @@ def run(options: argparse.Namespace) -> None:
         source, target = options.input.suffix.lower(), options.output.suffix.lower()
         unit = options.unit or STL_UNIT
         mesh = read_mesh(options.input)
-        wanted = asked(options)
+        wanted = _print_settings(options)
         if source != target or wanted is not None:
             mesh = from_file(mesh, source, unit)
-            mesh = mesh if wanted is None else printable(mesh, wanted, options)
+            mesh = mesh if wanted is None else _printable(mesh, wanted, options)
             mesh = for_file(mesh, target, unit)
         with options.claim.file() as partial:
             write_mesh(partial, mesh)
@@ -113,3 +119,50 @@ def run(options: argparse.Namespace) -> None:
         size = " x ".join(f"{length:.4g}" for length in mesh.vertices.max(axis=0) - mesh.vertices.min(axis=0))
         print(f"size: {size} {unit if target == '.stl' else 'm'}")
     print(options.output)
+
+
+def _add_printing(parser: argparse.ArgumentParser) -> None:
+    """The options, in a group of their own."""
+    add = parser.add_argument_group("for meshes, to print").add_argument
+    add(
+        "--watertight",
+        action="store_true",
+        help="close all holes, stand it on z = 0, check that it is a solid; what was closed is marked (scalar closed)",
+    )
+    add("--triangles", type=whole_number(TRIANGLES), metavar="N", help="at most so many; says how far that moves it")
+    add("--smooth", type=whole_number(SMOOTH), default=0, metavar="N", help="steps of smoothing; 5 takes noise out")
+    add("--thin", type=number(WALL), metavar="M", help="with --watertight: tell walls thinner than this [m]; 0.0008")
+
+
+def _print_settings(options: argparse.Namespace) -> "PrintSettings | None":
+    """What is to be done; None where nothing is."""
+    if not (options.watertight or options.triangles is not None or options.smooth):
+        return None
+    from fusion.printing.faults import THIN
+    from fusion.printing.ready import PrintSettings
+
+    thin = THIN if options.thin is None else options.thin
+    return PrintSettings(options.watertight, options.smooth, options.triangles, thin)
+
+
+def _check_printing(options: argparse.Namespace, recorded: bool) -> None:
+    """Refuses what makes no sense before anything is read."""
+    given = options.watertight or options.triangles is not None or options.smooth
+    if recorded and given:
+        do = "name a mesh; fusion turntable makes one of a recording"
+        raise FusionError("a recording cannot be printed", options.input, "a recording", "a mesh file", do)
+    if options.thin is not None and not options.watertight:
+        raise FusionError("--thin is told of closed meshes", "--thin", "no --watertight", do="add --watertight")
+
+
+def _printable(mesh: "Mesh", settings: "PrintSettings", options: argparse.Namespace) -> "Mesh":
+    """The mesh [m], z up, made ready; says what was done."""
+    from fusion.errors import MeshError
+    from fusion.printing.ready import print_ready
+
+    try:
+        made = print_ready(mesh, settings)
+    except MeshError as error:
+        raise MeshError(error.what, options.input, error.found, error.expected, error.do) from error
+    print("\n".join(made.lines()))
+    return made.mesh

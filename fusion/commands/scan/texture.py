@@ -71,8 +71,7 @@ def run(options: argparse.Namespace) -> None:
 
 def fill(folder: Path, made: "Textured", usdz: bool = False) -> None:
     """All files of the command into a folder."""
-    from fusion.texture.files import write_glb, write_obj
-    from fusion.texture.usd import write_usdz
+    from fusion.texture.files import write_glb, write_obj, write_usdz
 
     write_glb(folder / "textured.glb", made)
     write_obj(folder / "textured.obj", made)

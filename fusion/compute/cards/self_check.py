@@ -13,10 +13,9 @@ import time
 
 import numpy as np
 
-from fusion.compute.arrays import F32
 from fusion.compute.back_end import init, ti
 from fusion.compute.cards import memory
-from fusion.compute.language import kernel
+from fusion.compute.language import F32, kernel
 from fusion.compute.start import start
 
 CARDS = ("cuda", "vulkan")  # in the order in which they are tried

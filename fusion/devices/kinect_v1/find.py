@@ -17,19 +17,14 @@ NONE = {"", "0" * 16}  # serial numbers that are none
 
 @dataclass(frozen=True)
 class Parts:
-    """The devices of one Kinect, as pyusb gives them; None where there is none.
+    """The devices of one Kinect, as pyusb gives them; None where there is none."""
 
-    Attributes:
-        camera, motor, audio: of pyusb.
-        serial: of the camera, or where it has none of the audio device; "" where neither tells one.
-        readable: this user may open the camera.
-    """
-
+    # camera, motor, audio: of pyusb
     camera: Any
     motor: Any = None
     audio: Any = None
-    serial: str = ""
-    readable: bool = True
+    serial: str = ""  # of the camera, or where it has none of the audio device; "" where neither tells one
+    readable: bool = True  # this user may open the camera
 
     @property
     def name(self) -> str:
@@ -47,9 +42,6 @@ def usb_module() -> Any:
 
 def kinects(devices: Iterable[Any] | None = None) -> list[Parts]:
     """Every Kinect v1 that is plugged in.
-
-    Args:
-        devices: of pyusb; None: all there are.
 
     Raises:
         DeviceError: pyusb or libusb are not installed.

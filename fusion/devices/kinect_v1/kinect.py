@@ -12,13 +12,12 @@ from typing import Self
 
 import numpy as np
 
-from fusion.devices.kinect_v1.clock import RATE, DeviceClock
 from fusion.devices.kinect_v1.commands import Commands
 from fusion.devices.kinect_v1.find import find_kinect, usb_module
 from fusion.devices.kinect_v1.motor import Motor
 from fusion.devices.kinect_v1.pixels import color, infrared, raw_depth
 from fusion.devices.kinect_v1.registration import color_camera
-from fusion.devices.kinect_v1.streaming import Arrived, Streaming
+from fusion.devices.kinect_v1.streaming import RATE, Arrived, DeviceClock, Streaming
 from fusion.devices.kinect_v1.tables import read_tables, read_zero_plane
 from fusion.devices.source import Description, SourceFrame
 from fusion.errors import DeviceError

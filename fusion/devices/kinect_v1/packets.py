@@ -12,19 +12,12 @@ Packet = bytes | bytearray
 
 @dataclass(frozen=True)
 class StreamFormat:
-    """How one kind of frame is sent.
+    """How one kind of frame is sent."""
 
-    Attributes:
-        name: for a person.
-        base: upper half of the flag.
-        payload: bytes of a full packet without its header.
-        size: bytes of a frame.
-    """
-
-    name: str
-    base: int
-    payload: int
-    size: int
+    name: str  # for a person
+    base: int  # upper half of the flag
+    payload: int  # bytes of a full packet without its header
+    size: int  # bytes of a frame
 
     @property
     def packets(self) -> int:
@@ -40,40 +33,29 @@ IR_10 = StreamFormat("infrared", 0x80, 1908, 390_400)
 
 @dataclass
 class PacketCounts:
-    """What happened on a stream since it began.
+    """What happened on a stream since it began."""
 
-    Attributes:
-        packets: that held something; failed, alien, short, long: those the bus failed on, without the magic, with too
-            little (kept) or too much in them (not kept).
-        lost: missing by their number; resyncs: how often the place in the frame was in doubt.
-        frames: handed over; damaged: of these with holes; dropped: begun and given up.
-    """
-
+    # that held something; failed, alien, short, long: those the bus failed on, without the magic, with too little
+    # (kept) or too much in them (not kept)
     packets: int = 0
     failed: int = 0
     alien: int = 0
     short: int = 0
     long: int = 0
-    lost: int = 0
+    lost: int = 0  # missing by their number; resyncs: how often the place in the frame was in doubt
     resyncs: int = 0
-    frames: int = 0
+    frames: int = 0  # handed over; damaged: of these with holes; dropped: begun and given up
     damaged: int = 0
     dropped: int = 0
 
 
 @dataclass(frozen=True)
 class RawFrame:
-    """A frame as it was sent.
+    """A frame as it was sent."""
 
-    Attributes:
-        data: its bytes; those in `holes` mean nothing.
-        ticks: the device's clock, 32 bit, of some 60 MHz.
-        holes: (begin, end) of bytes that did not come.
-    """
-
-    data: bytearray
-    ticks: int
-    holes: tuple[tuple[int, int], ...] = ()
+    data: bytearray  # its bytes; those in `holes` mean nothing
+    ticks: int  # the device's clock, 32 bit, of some 60 MHz
+    holes: tuple[tuple[int, int], ...] = ()  # (begin, end) of bytes that did not come
 
 
 @dataclass

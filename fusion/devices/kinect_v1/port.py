@@ -28,7 +28,6 @@ class Port:
     """The open camera; `trouble` is a sentence once no packets come any more.
 
     Args:
-        bus, address: which device.
         alternate: setting of interface 0 that has the endpoints.
 
     Raises:

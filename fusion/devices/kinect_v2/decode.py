@@ -10,8 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.compute.arrays import F32_2, F32_3, I32, I32_2
-from fusion.compute.language import func, kernel, ti
+from fusion.compute.language import F32_2, F32_3, I32, I32_2, func, kernel, ti
 from fusion.compute.start import start
 from fusion.devices.kinect_v2.tables import HEIGHT, WIDTH, KinectTables
 from fusion.errors import DeviceError

@@ -35,16 +35,11 @@ class KinectLens:
 
 @dataclass(frozen=True)
 class KinectTables:
-    """For each pixel of the sub-images (424, 512).
+    """For each pixel of the sub-images (424, 512)."""
 
-    Attributes:
-        phase: (3, 424, 512) float32 [rad], of the three frequencies.
-        x: (424, 512) float32 of the ray with z = 1, right of the axis.
-        per_phase: (424, 512) float32 [mm] of z for one unit of phase, without the lamp's offset; 0: no value.
-    """
-
-    phase: NDArray[np.float32]
-    x: NDArray[np.float32]
+    phase: NDArray[np.float32]  # (3, 424, 512) float32 [rad], of the three frequencies
+    x: NDArray[np.float32]  # (424, 512) float32 of the ray with z = 1, right of the axis
+    # (424, 512) float32 [mm] of z for one unit of phase, without the lamp's offset; 0: no value
     per_phase: NDArray[np.float32]
 
 

@@ -51,7 +51,6 @@ class Stepped:
 
     Args:
         source: the camera, which runs on meanwhile; what it sends while the table turns is thrown away.
-        table: closed with the source.
         step: [deg], its sign the direction.
         settle: [s] between the table's standing and the frame's beginning.
         count: of places; None: one turn, its first place again at the end.

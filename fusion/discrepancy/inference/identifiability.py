@@ -10,7 +10,7 @@ from scipy.linalg import solve_triangular
 from fusion.discrepancy.decisions import ALIKE, DETECTED
 from fusion.discrepancy.inference.tile_covariance import TileCovariance
 from fusion.discrepancy.naming.search.candidates import Candidate, unit_of
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Principle
 from fusion.sensor.effects import EFFECTS
 from fusion.sensor.forms import ANGLES
 from fusion.sensor.parameter import parameters

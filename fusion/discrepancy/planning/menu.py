@@ -8,12 +8,8 @@ import numpy as np
 from fusion.geometry.pose import Array
 from fusion.simulation.scene.course import looking_at
 from fusion.simulation.scene.scene import Scene
-from fusion.simulation.scenes.corner import corner
-from fusion.simulation.scenes.near_card import near_card
-from fusion.simulation.scenes.panel import before, upright
+from fusion.simulation.scenes.panel import before, corner, near_card, step, upright, wall
 from fusion.simulation.scenes.patches import patches
-from fusion.simulation.scenes.step import step
-from fusion.simulation.scenes.wall import wall
 
 COLD_S, WARM_S = 30.0, 6000.0  # a few seconds after switching on, and long after all is warm
 COLD_C, WARM_C = 24.0, 38.0  # guess: of a closed camera of 5 to 15 W

@@ -12,7 +12,7 @@ from fusion.discrepancy.observe.frame_block import FrameBlock, wanted_channels
 from fusion.discrepancy.observe.observations import Observations, observe
 from fusion.discrepancy.observe.stage import KnownScene
 from fusion.discrepancy.planning.menu import Choice, Setup
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Principle
 from fusion.sensor.moment import Moment
 from fusion.sensor.sensor import Sensor
 from fusion.simulation.rendering.exposure import whole_mesh

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 BLOCKS = 60  # means that a series is thinned to: what is faster than a block is white there
 FEWEST = 6  # values below which nothing is said
 HORIZON = 600.0  # [s] of scanning that must stay within the tolerance
-TOLERANCE = 0.001  # [m]
+TOLERANCE = 0.001  # [m] a count of most files
 SURE = 0.95  # probability that a verdict needs
 LEVEL = 0.90  # of the intervals
 # [s] time constants of a warm-up: seconds of a small sensor to the 40 to 50 min (three constants) of Tolgyessy 2021
@@ -22,30 +22,23 @@ Array = NDArray[np.floating]
 
 @dataclass(frozen=True)
 class Drift:
-    """What a series says about its future.
+    """What a series says about its future."""
 
-    Attributes:
-        time, value: (b,) means of blocks [s], [m].
-        fitted: (b,) warm-up curve, the mean of all that agree with the data [m].
-        slope, slope_interval: [m/s] of a straight line, and its 90 % interval; NaN where nothing can be said.
-        change, change_interval: within the next ten minutes [m].
-        constant: time constant of the warm-up [s], where it is told by the data; else NaN.
-        wait_min: minutes until ten minutes stay within a millimetre, and its 90 % interval; None when ready or unknown.
-        verdict: "ready", "not warmed up" or "too short to say".
-        text: the same in one sentence.
-    """
-
+    # time, value: (b,) means of blocks [s], [m]
     time: Array
     value: Array
-    fitted: Array
+    fitted: Array  # (b,) warm-up curve, the mean of all that agree with the data [m]
+    # slope, slope_interval: [m/s] of a straight line, and its 90 % interval; NaN where nothing can be said
     slope: float
     slope_interval: tuple[float, float]
+    # change, change_interval: within the next ten minutes [m]
     change: float
     change_interval: tuple[float, float]
-    constant: float
+    constant: float  # time constant of the warm-up [s], where it is told by the data; else NaN
+    # minutes until ten minutes stay within a millimetre, and its 90 % interval; None when ready or unknown
     wait_min: tuple[float, float, float] | None
-    verdict: str
-    text: str
+    verdict: str  # "ready", "not warmed up" or "too short to say"
+    text: str  # the same in one sentence
 
 
 def drift_of(time: Array, value: Array, tolerance: float = TOLERANCE) -> Drift:

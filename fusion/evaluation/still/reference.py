@@ -11,7 +11,7 @@ QUARTILES_TO_STD = np.float32(0.7413)  # their distance, of a normal distributio
 NEAR = 0.05  # share of the depth: values further off belong to something else
 WIDE = 6.0  # standard deviations
 RARE = 0.5  # share of the frames: a pixel that has a depth less often has no usual one
-LEAST_M, LEAST_SHARE = 0.03, 0.02  # nothing nearer to the reference than this has moved
+LEAST_M, LEAST_SHARE = 0.03, 0.02  # nothing nearer to the reference than this has moved: people move by more
 THING = 5e-4  # share of the image: smaller things are the sensor's own outliers
 ROWS = 16  # of the image at a time: as much as stays in a processor's cache
 BORDER = 9  # [px] around what moves: mixed pixels
@@ -21,19 +21,12 @@ Image = NDArray[np.floating]
 
 @dataclass(frozen=True)
 class Reference:
-    """The usual view of a still stretch, from a sample of its frames.
+    """The usual view of a still stretch, from a sample of its frames."""
 
-    Attributes:
-        depth: (h, w) [m], NaN where no frame has a value.
-        sigma: (h, w) robust standard deviation of one depth [m]; NaN below three values.
-        usual: (h, w) pixels that have a depth in half of the frames or more.
-        frames: number of frames in the sample.
-    """
-
-    depth: NDArray[np.float32]
-    sigma: NDArray[np.float32]
-    usual: NDArray[np.bool_]
-    frames: int
+    depth: NDArray[np.float32]  # (h, w) [m], NaN where no frame has a value
+    sigma: NDArray[np.float32]  # (h, w) robust standard deviation of one depth [m]; NaN below three values
+    usual: NDArray[np.bool_]  # (h, w) pixels that have a depth in half of the frames or more
+    frames: int  # number of frames in the sample
 
     def limit(self) -> NDArray[np.float32]:
         """(h, w) how far a depth may be from the reference before it is not that surface [m]."""

@@ -20,47 +20,33 @@ Array = NDArray[np.floating]
 
 @dataclass(frozen=True)
 class StretchTiles:
-    """Tiles of one or more stretches, t of them.
+    """Tiles of one or more stretches, t of them."""
 
-    Attributes:
-        depth: expected [m].
-        incidence: between ray and normal [rad].
-        brightness: mean of IR, or of colour where there is no IR [count]; NaN without both.
-        valid, missing, outliers: values counted.
-        sigma: standard deviation of one depth [m].
-        offset: mean depth less the expected [m].
-    """
-
-    depth: Array
-    incidence: Array
-    brightness: Array
+    depth: Array  # expected [m]
+    incidence: Array  # between ray and normal [rad]
+    brightness: Array  # mean of IR, or of colour where there is no IR [count]; NaN without both
+    # valid, missing, outliers: values counted
     valid: Array
     missing: Array
     outliers: Array
-    sigma: Array
-    offset: Array
+    sigma: Array  # standard deviation of one depth [m]
+    offset: Array  # mean depth less the expected [m]
 
 
 @dataclass(frozen=True)
 class Shares:
-    """Shares over one variable, k bins.
+    """Shares over one variable, k bins."""
 
-    Attributes:
-        variable: "depth" [m], "incidence" [rad] or "brightness" [count].
-        low, high: (k,) of the bins.
-        valid, missing, outliers: (k,) shares, one in sum.
-        values: (k,) how many.
-        sigma: (k,) median noise [m].
-    """
-
-    variable: str
+    variable: str  # "depth" [m], "incidence" [rad] or "brightness" [count]
+    # low, high: (k,) of the bins
     low: Array
     high: Array
+    # valid, missing, outliers: (k,) shares, one in sum
     valid: Array
     missing: Array
     outliers: Array
-    values: Array
-    sigma: Array
+    values: Array  # (k,) how many
+    sigma: Array  # (k,) median noise [m]
 
 
 def tiles_of(still: Still, surface: ExpectedSurface) -> StretchTiles:

@@ -46,35 +46,22 @@ class StretchSample:
 
 @dataclass(frozen=True)
 class Still:
-    """What the n frames of a stretch say about every pixel and about the centre.
+    """What the n frames of a stretch say about every pixel and about the centre."""
 
-    Attributes:
-        depth, ir, color: statistics per pixel [m], [count], [count] (h, w, 3); None where nothing was recorded.
-        robust: (h, w) 1.4826 times the median absolute deviation of the depth [m].
-        outliers: (h, w) frames whose depth is far from what is expected there, moving things left out.
-        moved: (h, w) frames in which something moves there.
-        time: (n,) since the first frame [s].
-        centre: (n,) mean depth of the centre less the reference [m], NaN where it has none.
-        moving: (n,) share of the image that moves.
-        pixel: (v, u) of the single series.
-        series: (n,) depth of that pixel [m].
-        levels: (65536,) how often each depth occurs in the frames of the sample, as counts of the file.
-        failures: frames that could not be read.
-    """
-
+    # depth, ir, color: statistics per pixel [m], [count], [count] (h, w, 3); None where nothing was recorded
     depth: PixelSeries
     ir: PixelSeries | None
     color: PixelSeries | None
-    robust: NDArray[np.floating]
-    outliers: NDArray[np.int32]
-    moved: NDArray[np.int32]
-    time: NDArray[np.floating]
-    centre: NDArray[np.floating]
-    moving: NDArray[np.floating]
-    pixel: tuple[int, int]
-    series: NDArray[np.floating]
-    levels: NDArray[np.int64]
-    failures: dict[int, str] = field(default_factory=dict)
+    robust: NDArray[np.floating]  # (h, w) 1.4826 times the median absolute deviation of the depth [m]
+    outliers: NDArray[np.int32]  # (h, w) frames whose depth is far from what is expected there, moving things left out
+    moved: NDArray[np.int32]  # (h, w) frames in which something moves there
+    time: NDArray[np.floating]  # (n,) since the first frame [s]
+    centre: NDArray[np.floating]  # (n,) mean depth of the centre less the reference [m], NaN where it has none
+    moving: NDArray[np.floating]  # (n,) share of the image that moves
+    pixel: tuple[int, int]  # (v, u) of the single series
+    series: NDArray[np.floating]  # (n,) depth of that pixel [m]
+    levels: NDArray[np.int64]  # (65536,) how often each depth occurs in the frames of the sample, as counts of the file
+    failures: dict[int, str] = field(default_factory=dict)  # frames that could not be read
 
     @property
     def frames(self) -> int:
@@ -118,7 +105,6 @@ def measure_still(sample: StretchSample, expected: Image, pixel: tuple[int, int]
     """Let all frames of a stretch pass by.
 
     Args:
-        sample: of the stretch.
         expected: (h, w) depth of the surface [m]; outliers are counted where it is known.
         pixel: (v, u) whose series is kept.
     Raises:

@@ -19,21 +19,13 @@ MARK = ".fusion.json"  # in a command's result: which command made which files
 
 @dataclass
 class OutputClaim:
-    """An output that one run may make.
+    """An output that one run may make."""
 
-    Attributes:
-        path: as the user named it.
-        place: where that is.
-        command: who makes it, such as "calibrate depth".
-        overwrite: an earlier result of the same command may be replaced.
-        at: where it is made.
-    """
-
-    path: Path
-    place: Path
-    command: str
-    overwrite: bool
-    at: Staging
+    path: Path  # as the user named it
+    place: Path  # where that is
+    command: str  # who makes it, such as "calibrate depth"
+    overwrite: bool  # an earlier result of the same command may be replaced
+    at: Staging  # where it is made
     _made: tuple[int, int] | None = field(default=None, init=False)
 
     @contextmanager
@@ -89,8 +81,6 @@ def claimed(
     """The block may make `path` as the result of a command; what must not be replaced or written is refused first.
 
     Args:
-        path: a folder or a file.
-        command: who makes it.
         inputs: files and folders that are read; the output may not be one, lie in one or hold one.
         overwrite: an earlier result of the same command, or a file, is replaced.
         folder: the result is a folder, else a file.

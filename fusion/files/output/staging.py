@@ -22,18 +22,13 @@ _held: set[Path] = set()  # places of this process
 
 @dataclass(frozen=True)
 class Staging:
-    """A place where one result is made.
+    """A place where one result is made."""
 
-    Attributes:
-        home: the folder in which it lies: the nearest one around the result that exists, so that a result in folders
-            which do not exist yet appears with them in one step.
-        folder: the place itself.
-        name: the result as it is named from `home`.
-    """
-
+    # the folder in which it lies: the nearest one around the result that exists, so that a result in folders which do
+    # not exist yet appears with them in one step
     home: Path
-    folder: Path
-    name: Path
+    folder: Path  # the place itself
+    name: Path  # the result as it is named from `home`
 
     @property
     def made(self) -> Path:

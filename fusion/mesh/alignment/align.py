@@ -83,22 +83,15 @@ def _blocks(points: Array, parts: tuple[int, int, int]) -> list[Array]:
 
 @dataclass(frozen=True)
 class Alignment:
-    """How a mesh lies on its reference: a point p of the mesh lies at `scale * R p + t`.
+    """How a mesh lies on its reference: a point p of the mesh lies at `scale * R p + t`."""
 
-    Attributes:
-        T_reference_mesh: (4, 4), rotation R and translation t [m] only.
-        scale: 1 unless it was fitted.
-        scale_interval: 95 % interval of the scale, with errors that are alike in neighbouring places; None unless
-            fitted. An error that is the same all over (a depth offset) cannot be told from scale and is not in it.
-        inlier_share: 0-1, of the mesh's surface that had a say in the last step.
-        status: "kept" (the pose it stood in was right but for the last bit), "moved", "poor" (no pose fits).
-    """
-
-    T_reference_mesh: Array
-    scale: float = 1.0
+    T_reference_mesh: Array  # (4, 4), rotation R and translation t [m] only
+    scale: float = 1.0  # 1 unless it was fitted
+    # 95 % interval of the scale, with errors that are alike in neighbouring places; None unless fitted. An error that
+    # is the same all over (a depth offset) cannot be told from scale and is not in it.
     scale_interval: tuple[float, float] | None = None
-    inlier_share: float = 1.0
-    status: str = "kept"
+    inlier_share: float = 1.0  # 0-1, of the mesh's surface that had a say in the last step
+    status: str = "kept"  # "kept" (the pose it stood in was right but for the last bit), "moved", "poor" (no pose fits)
 
     def similarity(self) -> Similarity:
         """The same as a map of points."""

@@ -18,15 +18,11 @@ _STILL = (1e-8, 5e-6)  # of the size: moved so little in a step, or so little an
 
 @dataclass(frozen=True)
 class SurfaceFit:
-    """ICP against one reference, of size `size` [m].
-
-    Attributes:
-        facing: only where the normals of both sides agree; for a pose that is nearly right.
-    """
+    """ICP against one reference, of size `size` [m]."""
 
     surface: Surface
     size: float
-    facing: bool = False
+    facing: bool = False  # only where the normals of both sides agree; for a pose that is nearly right
 
     def run(self, samples: SurfaceSamples, pose: Similarity, scale: bool, rounds: int) -> tuple[Similarity, Matches]:
         """Steps until nothing moves any more; the limit of the weights only shrinks, down to the noise."""

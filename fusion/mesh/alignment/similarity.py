@@ -13,17 +13,11 @@ _DAMPING = 1e-9  # of the system's own size: holds still what the shape leaves f
 
 @dataclass(frozen=True)
 class Similarity:
-    """A point p goes to `scale * rotation @ p + shift`.
+    """A point p goes to `scale * rotation @ p + shift`."""
 
-    Attributes:
-        rotation: (3, 3).
-        shift: (3,) [m].
-        scale: above 0.
-    """
-
-    rotation: Array
-    shift: Array
-    scale: float = 1.0
+    rotation: Array  # (3, 3)
+    shift: Array  # (3,) [m]
+    scale: float = 1.0  # above 0
 
     def apply(self, points: Array) -> Array:
         """Points (n, 3), moved."""

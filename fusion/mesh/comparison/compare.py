@@ -14,15 +14,25 @@ from fusion.mesh.alignment.coarse import NEAR
 from fusion.mesh.alignment.similarity import Array, Similarity
 from fusion.mesh.alignment.units import in_metres, size
 from fusion.mesh.comparison.distances import Surface, surface_of
-from fusion.mesh.comparison.knowable import OVER, SIGMA, Knowable, knowable, over_sigma
 from fusion.mesh.comparison.mirrored import mirrored_note
-from fusion.mesh.comparison.statistics import DistanceStatistics, fscore, histogram
+from fusion.mesh.comparison.statistics import (
+    OVER,
+    SIGMA,
+    DistanceStatistics,
+    Knowable,
+    fscore,
+    histogram,
+    knowable,
+    over_sigma,
+)
 from fusion.mesh.comparison.surface_samples import sample_surface, vertex_normals
 from fusion.mesh.files import write_mesh
 from fusion.mesh.mesh import Mesh
 from fusion.progress import stage
 
-_UNSEEN_M = 0.010  # nearer than this the reference counts as seen, however good the scan
+# nearer than this the reference counts as seen, however good the scan; absolute: depth cameras leave rims open so wide,
+# of objects as of rooms
+_UNSEEN_M = 0.010
 _SEEDS = (1, 2)  # of the samples on mesh and reference
 
 

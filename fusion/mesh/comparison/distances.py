@@ -19,19 +19,12 @@ _NEIGHBOURS = 12  # of a cloud's point, for its plane: few enough to stay local,
 
 @dataclass(frozen=True)
 class Closest:
-    """What is closest on a surface to each of n points.
+    """What is closest on a surface to each of n points."""
 
-    Attributes:
-        points: (n, 3) on the surface [m]; on the local plane for point clouds.
-        normals: (n, 3) outward unit normals there.
-        distances: (n,) [m], positive outside.
-        on_border: (n,) True where the surface ends there: beyond may be what was never seen.
-    """
-
-    points: NDArray[np.float64]
-    normals: NDArray[np.float64]
-    distances: NDArray[np.float64]
-    on_border: NDArray[np.bool_]
+    points: NDArray[np.float64]  # (n, 3) on the surface [m]; on the local plane for point clouds
+    normals: NDArray[np.float64]  # (n, 3) outward unit normals there
+    distances: NDArray[np.float64]  # (n,) [m], positive outside
+    on_border: NDArray[np.bool_]  # (n,) True where the surface ends there: beyond may be what was never seen
 
 
 class MeshSurface:

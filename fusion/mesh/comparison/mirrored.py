@@ -20,7 +20,6 @@ def mirrored_note(mesh: Mesh, reference: Mesh, surface: Surface, rms: float) -> 
 
     Args:
         mesh, reference: in metres.
-        surface: of the reference.
         rms: distance of the aligned mesh [m].
     """
     if rms <= BAD * size(mesh):

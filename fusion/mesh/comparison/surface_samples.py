@@ -11,15 +11,10 @@ from fusion.mesh.mesh import Mesh
 
 @dataclass(frozen=True)
 class SurfaceSamples:
-    """Points on a surface.
+    """Points on a surface."""
 
-    Attributes:
-        points: (n, 3) [m].
-        normals: (n, 3) unit vectors pointing outwards, or None for a point cloud without them.
-    """
-
-    points: NDArray[np.float64]
-    normals: NDArray[np.float64] | None
+    points: NDArray[np.float64]  # (n, 3) [m]
+    normals: NDArray[np.float64] | None  # (n, 3) unit vectors pointing outwards, or None for a point cloud without them
 
 
 def sample_surface(mesh: Mesh, count: int, seed: int = 0) -> SurfaceSamples:

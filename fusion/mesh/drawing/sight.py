@@ -13,17 +13,11 @@ from fusion.mesh.mesh import Mesh
 
 @dataclass(frozen=True)
 class SightSide:
-    """A direction to look from.
+    """A direction to look from."""
 
-    Attributes:
-        name: "front", "left", ...
-        towards: (3,) unit vector from the object to the eye.
-        up: (3,) unit vector that points up in the picture.
-    """
-
-    name: str
-    towards: Array
-    up: Array
+    name: str  # "front", "left", ..
+    towards: Array  # (3,) unit vector from the object to the eye
+    up: Array  # (3,) unit vector that points up in the picture
 
     @property
     def right(self) -> Array:
@@ -33,23 +27,14 @@ class SightSide:
 
 @dataclass(frozen=True)
 class Sight:
-    """What each pixel of a picture [row from the top, column] shows.
+    """What each pixel of a picture [row from the top, column] shows."""
 
-    Attributes:
-        side: where it was looked from.
-        hit: (h, w) pixels that show the object, k of them.
-        corners: (3, k) int, vertices of the triangle that was hit.
-        weights: (3, k) how much each of them counts.
-        depth: (h, w) [m] along the view, infinite where nothing was hit.
-        pixel: [m] edge of a pixel.
-    """
-
-    side: SightSide
-    hit: NDArray[np.bool_]
-    corners: NDArray[np.integer]
-    weights: NDArray[np.float32]
-    depth: NDArray[np.float32]
-    pixel: float
+    side: SightSide  # where it was looked from
+    hit: NDArray[np.bool_]  # (h, w) pixels that show the object, k of them
+    corners: NDArray[np.integer]  # (3, k) int, vertices of the triangle that was hit
+    weights: NDArray[np.float32]  # (3, k) how much each of them counts
+    depth: NDArray[np.float32]  # (h, w) [m] along the view, infinite where nothing was hit
+    pixel: float  # [m] edge of a pixel
 
     def values(self, per_vertex: NDArray) -> NDArray[np.float32]:
         """Values (k, c) of the k pixels that were hit, between those at the vertices (n, c)."""

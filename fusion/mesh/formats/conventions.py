@@ -18,7 +18,6 @@ def for_file(mesh: Mesh, ending: str, unit: str = STL_UNIT) -> Mesh:
     """A mesh [m], z up, as a file of that ending holds it.
 
     Args:
-        mesh: in metres, z up.
         ending: such as ".stl".
         unit: of STL, which says none, one of `UNITS`.
     """

@@ -58,11 +58,7 @@ def read_3mf(data: bytes, path: Path) -> Mesh:
 
 
 def write_3mf(path: Path, mesh: Mesh) -> None:
-    """Triangles [m] in millimetres, with the colours of the vertices.
-
-    Raises:
-        MeshError: lib3mf is not installed.
-    """
+    """Triangles [m] in millimetres, with the colours of the vertices. MeshError: lib3mf is not installed."""
     library = threemf_library(path)
     wrapper = library.get_wrapper()
     model = wrapper.CreateModel()

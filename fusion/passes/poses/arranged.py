@@ -83,20 +83,13 @@ def _by_features(first: PassSide, second: PassSide) -> list[Array]:
 
 @dataclass(frozen=True)
 class Arranged:
-    """How one pass lies to an earlier one.
+    """How one pass lies to an earlier one."""
 
-    Attributes:
-        onto: index of the earlier pass.
-        lying: the transform between both and what speaks for it.
-        second_score: of the next best way in which it might lie; -1 where there is none.
-        symmetric: the next best is as good: shape cannot tell them apart.
-        colors: correlation of the colours, and of the next best way, where they decided; else None.
-    """
-
-    onto: int
-    lying: Lying
-    second_score: float
-    symmetric: bool
+    onto: int  # index of the earlier pass
+    lying: Lying  # the transform between both and what speaks for it
+    second_score: float  # of the next best way in which it might lie; -1 where there is none
+    symmetric: bool  # the next best is as good: shape cannot tell them apart
+    # correlation of the colours, and of the next best way, where they decided; else None
     colors: tuple[float, float] | None = None
 
 

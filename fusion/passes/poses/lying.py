@@ -17,19 +17,12 @@ ALIKE = 0.5  # least cosine between normals of two surfaces that may be the same
 
 @dataclass(frozen=True)
 class Lying:
-    """How two passes lie on each other under a transform; shares of the samples of both surfaces.
+    """How two passes lie on each other under a transform; shares of the samples of both surfaces."""
 
-    Attributes:
-        T: (4, 4) takes the second's points to the first's frame.
-        overlap: surface that lies on the other within the noise.
-        through: surface where the other pass looked through, or had its plate.
-        rms: distance of the overlapping surfaces [m].
-    """
-
-    T: Array
-    overlap: float
-    through: float
-    rms: float
+    T: Array  # (4, 4) takes the second's points to the first's frame
+    overlap: float  # surface that lies on the other within the noise
+    through: float  # surface where the other pass looked through, or had its plate
+    rms: float  # distance of the overlapping surfaces [m]
 
     @property
     def score(self) -> float:

@@ -18,19 +18,12 @@ SURE = 2  # frames that look through a place: one alone may be a wrong pixel
 
 @dataclass(frozen=True)
 class Outlook:
-    """Some frames of a pass.
+    """Some frames of a pass."""
 
-    Attributes:
-        cameras: of each, cut to the object's window.
-        T_camera_object: (k, 4, 4).
-        depth: of each, (h, w) [m] of all that it measured, NaN where that is nothing.
-        margin: [m] behind a place from which on what is measured says that nothing is there.
-    """
-
-    cameras: list[Camera]
-    T_camera_object: Array
-    depth: list[NDArray[np.float32]]
-    margin: float
+    cameras: list[Camera]  # of each, cut to the object's window
+    T_camera_object: Array  # (k, 4, 4)
+    depth: list[NDArray[np.float32]]  # of each, (h, w) [m] of all that it measured, NaN where that is nothing
+    margin: float  # [m] behind a place from which on what is measured says that nothing is there
 
     @staticmethod
     def of(frames: Sequence[Prepared | None], poses: Array, margin: float) -> "Outlook":

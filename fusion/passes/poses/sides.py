@@ -17,28 +17,18 @@ REACHED = 2.5  # spacings of the dense points beside one of them that still lie 
 
 @dataclass(frozen=True)
 class PassSide:
-    """A pass's surface in its own object frame.
+    """A pass's surface in its own object frame."""
 
-    Attributes:
-        points, normals: (m, 3) dense; normals averaged over neighbours.
-        tree: of the dense points.
-        spacing: between neighbouring dense points [m].
-        few: about FEW of them, evenly.
-        size: diagonal of the box of the points [m].
-        noise: distance [m] within which two passes lie on each other.
-        outlook: what its frames looked through.
-        plate: it stood on a plate at z = 0: nothing of the object is below.
-    """
-
+    # points, normals: (m, 3) dense; normals averaged over neighbours
     points: Array
     normals: Array
-    tree: cKDTree
-    spacing: float
-    few: SurfaceSamples
-    size: float
-    noise: float
-    outlook: Outlook
-    plate: bool
+    tree: cKDTree  # of the dense points
+    spacing: float  # between neighbouring dense points [m]
+    few: SurfaceSamples  # about FEW of them, evenly
+    size: float  # diagonal of the box of the points [m]
+    noise: float  # distance [m] within which two passes lie on each other
+    outlook: Outlook  # what its frames looked through
+    plate: bool  # it stood on a plate at z = 0: nothing of the object is below
 
     def empty(self, points: Array, normals: Array | None = None) -> NDArray[np.bool_]:
         """(n,) bool: places (n, 3) that its frames looked through, or below its plate."""

@@ -20,16 +20,11 @@ CARRIED = np.diag(np.repeat([TORN[1] ** -2.0, TORN[0] ** -2.0], 3))
 
 @dataclass(frozen=True)
 class Between:
-    """Places frames by the key frames beside them.
+    """Places frames by the key frames beside them."""
 
-    Attributes:
-        keyframes: in the order of the recording.
-        poses: (k, 4, 4) of them, NaN where they have none.
-        off, torn: (n,) frames that were tracked wrongly, and those of which it is a guess where they are.
-    """
-
-    keyframes: Sequence[Keyframe]
-    poses: Array
+    keyframes: Sequence[Keyframe]  # in the order of the recording
+    poses: Array  # (k, 4, 4) of them, NaN where they have none
+    # off, torn: (n,) frames that were tracked wrongly, and those of which it is a guess where they are
     off: NDArray[np.bool_]
     torn: NDArray[np.bool_]
 

@@ -38,18 +38,12 @@ FEWEST = 2  # pairs of key frames that join two pieces: one alone may be chance
 
 @dataclass(frozen=True)
 class ClosedLoops:
-    """Key frames in their places.
+    """Key frames in their places."""
 
-    Attributes:
-        poses: (k, 4, 4) `T_world_camera` of the key frames; NaN for those of pieces that met nothing.
-        met: pairs of key frames that saw the same again and are believed.
-        refused: number of pairs that the others contradict.
-        before, after: rms over the pairs that met, of how far their surfaces were and are apart [m].
-    """
-
-    poses: Array
-    met: tuple[tuple[int, int], ...]
-    refused: int
+    poses: Array  # (k, 4, 4) `T_world_camera` of the key frames; NaN for those of pieces that met nothing
+    met: tuple[tuple[int, int], ...]  # pairs of key frames that saw the same again and are believed
+    refused: int  # number of pairs that the others contradict
+    # before, after: rms over the pairs that met, of how far their surfaces were and are apart [m]
     before: float
     after: float
 

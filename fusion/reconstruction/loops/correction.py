@@ -11,7 +11,7 @@ from fusion.geometry.pose import Array, angle, inverse, pose, rotation
 from fusion.reconstruction.loops.keyframes import Keyframe
 
 # where the key frames before and after carry a frame to places farther apart [m], [rad], tracking between them was
-# wrong, and the frame is taken to lie on the way between the two (guess)
+# wrong, and the frame is taken to lie on the way between the two (guess); absolute, of a hand, as what follows
 TORN = 0.05, np.deg2rad(2)
 # farther than this it is more than the noise of a frame, and the frame is held against the nearer key frame (guess)
 OFF = 0.01, np.deg2rad(0.5)
@@ -19,17 +19,11 @@ OFF = 0.01, np.deg2rad(0.5)
 
 @dataclass(frozen=True)
 class CorrectedPoses:
-    """Poses of all frames.
+    """Poses of all frames."""
 
-    Attributes:
-        poses: (n, 4, 4), NaN where lost.
-        off: (n,) key frames contradict how these were tracked.
-        torn: (n,) so much that where they are is a guess.
-    """
-
-    poses: Array
-    off: NDArray[np.bool_]
-    torn: NDArray[np.bool_]
+    poses: Array  # (n, 4, 4), NaN where lost
+    off: NDArray[np.bool_]  # (n,) key frames contradict how these were tracked
+    torn: NDArray[np.bool_]  # (n,) so much that where they are is a guess
 
 
 def corrected(
@@ -41,7 +35,6 @@ def corrected(
         poses: (n, 4, 4) as tracked, NaN where lost.
         pieces: (n,) of the trajectory.
         stamps: (n,) time [s].
-        frames: key frames.
         settled: (k, 4, 4) their new poses, NaN where they have none.
     """
     out = np.full_like(poses, np.nan)

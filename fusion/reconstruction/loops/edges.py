@@ -16,7 +16,8 @@ from fusion.tracking.landmarks import Landmarks, meet
 # errors of landmarks are alike, as those of pixels: pairs of views 10 to 20 degrees apart were off by 5 to 15 mm
 # where 200 landmarks of 1 cm each promised 1 mm (a simulated room)
 ALIKE = 0.02
-# between neighbours, whose motion is known to some centimetres, and between views that met again
+# between neighbours, whose motion is known to some centimetres, and between views that met again; these and all lengths
+# below are absolute, as they are of a hand that carries a camera, whatever it looks at
 CLOSE = IcpSettings(points=(1500, 6000), reaches=(0.08, 0.03), iterations=(8, 6))
 MET = IcpSettings(points=(1500, 3000, 6000), reaches=(0.25, 0.08, 0.03), iterations=(12, 8, 6))
 SHARE = 0.6  # of the visible points must fit where two views are said to be of one place (guess; chance gives a third)
@@ -93,8 +94,6 @@ def by_relief(information: Array, source: Points, model: PointMap, T_model_sourc
 
     Args:
         information: (6, 6) as the alignment gives it, by the model's normals alone.
-        source: points that were aligned.
-        model: with what.
         T_model_source: (4, 4) as aligned.
         reach: largest distance of a pair [m].
     """

@@ -29,21 +29,13 @@ MOST = 400  # key frames: 1 GB at 320 x 240
 
 @dataclass(frozen=True)
 class Keyframe:
-    """A frame that stands for those around it.
+    """A frame that stands for those around it."""
 
-    Attributes:
-        index: of the frame in the recording.
-        piece: of the trajectory that it belongs to.
-        T_world_camera: (4, 4) as tracked.
-        surface: what it shows.
-        grey: (h, w) uint8 in the same pixels, or None without colour.
-    """
-
-    index: int
-    piece: int
-    T_world_camera: Array
-    surface: PointMap
-    grey: NDArray[np.uint8] | None
+    index: int  # of the frame in the recording
+    piece: int  # of the trajectory that it belongs to
+    T_world_camera: Array  # (4, 4) as tracked
+    surface: PointMap  # what it shows
+    grey: NDArray[np.uint8] | None  # (h, w) uint8 in the same pixels, or None without colour
 
     @cached_property
     def points(self) -> Points:
@@ -64,23 +56,16 @@ class Keyframe:
 
 @dataclass
 class Keyframes:
-    """Chooses key frames while a recording is tracked.
+    """Chooses key frames while a recording is tracked."""
 
-    Attributes:
-        found: in their order.
-        spacing: of the distances above; it doubles, and every second one goes, where there are too many.
-    """
-
-    found: list[Keyframe] = field(default_factory=list)
-    spacing: float = 1.0
+    found: list[Keyframe] = field(default_factory=list)  # in their order
+    spacing: float = 1.0  # of the distances above; it doubles, and every second one goes, where there are too many
 
     def look(self, piece: int, T_world_camera: Array, frame: Prepared, slid: bool = False) -> bool:
         """Keep a placed frame, if the camera has moved enough since the last one of its piece; says whether.
 
         Args:
-            piece: of the trajectory.
             T_world_camera: (4, 4) as tracked.
-            frame: the frame.
             slid: its surface left a direction open, so that its pose may miss a motion.
         """
         last = self.found[-1] if self.found and self.found[-1].piece == piece else None

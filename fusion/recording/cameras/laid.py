@@ -63,7 +63,6 @@ def laid_as_depth(
         depth_size: (width, height) of these.
         color: the picture of a frame as it is stored, or None.
         asked: the quarter turns that its notes (EXIF) ask for.
-        where: named in messages.
 
     Raises:
         RecordingError: sides are not in proportion in either way, or it is not clear which way they are to be turned.
@@ -104,7 +103,6 @@ def poses_laid(
         poses: one for each frame.
         turn: quarter turns of the colour images.
         depth: (h, w) [m] of a frame; raises RecordingError.
-        camera: of depth.
     """
     sign = 1.0 if turn == LEFT else -1.0
     T_color_depth = np.eye(4)

@@ -19,7 +19,6 @@ def common_camera(camera: Camera, stated: Array) -> tuple[Camera, dict[int, Came
     """The camera that serves all frames best, and those of the frames that see otherwise.
 
     Args:
-        camera: size and what else the frames share.
         stated: (n, 4) fx, fy, cx, cy [px] of each frame.
 
     Returns:

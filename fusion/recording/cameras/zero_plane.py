@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.geometry.camera import Camera
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Camera, Principle
 
 NO_VALUE = 2047  # the raw value where nothing was measured
 FARTHEST = 10.0  # [m] beyond, the curve runs away: one step of the raw value is a metre and more
@@ -16,21 +15,13 @@ DEPTH_SCALE = 5000.0
 
 @dataclass(frozen=True)
 class ZeroPlane:
-    """The plane at which the factory took the reference image. Lengths in centimetres, as the arithmetic needs them.
+    """The plane at which the factory took the reference image. Lengths in centimetres, as the arithmetic needs them."""
 
-    Attributes:
-        baseline: from the emitter to the infrared camera.
-        to_color: from the infrared to the colour camera.
-        distance: of the plane.
-        pixel: of 1280 across; the focal length in pixels of 640 is `distance` / (2 `pixel`).
-        shift: constant that the device adds to its disparity, in quarters of a raw value.
-    """
-
-    baseline: float
-    to_color: float
-    distance: float
-    pixel: float
-    shift: int
+    baseline: float  # from the emitter to the infrared camera
+    to_color: float  # from the infrared to the colour camera
+    distance: float  # of the plane
+    pixel: float  # of 1280 across; the focal length in pixels of 640 is `distance` / (2 `pixel`)
+    shift: int  # constant that the device adds to its disparity, in quarters of a raw value
 
     def metres(self) -> NDArray[np.float32]:
         """(2048,) [m] depth of each raw value, NaN where there is none.

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Principle
 from fusion.recording.images.frame_files import INVALID_COUNT
 from fusion.recording.looking.finding import Finding
 from fusion.recording.looking.sample import Sample

@@ -29,20 +29,14 @@ REACH = 200
 
 @dataclass(frozen=True)
 class Warped:
-    """Points of one frame that meet a surface seen by another.
+    """Points of one frame that meet a surface seen by another."""
 
-    Attributes:
-        z: (n,) their depth there [m].
-        v, u: (n,) their pixels there.
-        measured: (n,) the depth seen there [m].
-        left: how many points leave the image.
-    """
-
-    z: Array
+    z: Array  # (n,) their depth there [m]
+    # v, u: (n,) their pixels there
     v: NDArray[np.intp]
     u: NDArray[np.intp]
-    measured: Array
-    left: int
+    measured: Array  # (n,) the depth seen there [m]
+    left: int  # how many points leave the image
 
     @property
     def score(self) -> float:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.errors import RecordingError
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Principle
 from fusion.recording.looking.finding import Finding
 from fusion.recording.looking.sample import Sample
 

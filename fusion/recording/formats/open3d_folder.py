@@ -8,10 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.errors import RecordingError
-from fusion.files.content import Content
+from fusion.files.content import FARTHEST_M, Content
 from fusion.files.inside import all_inside, inside, part
 from fusion.files.json_file import read_json
-from fusion.files.values import FARTHEST_M
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, is_rigid
 from fusion.geometry.trajectory import Trajectory

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from fusion.errors import RecordingError
+from fusion.files.content import FARTHEST_M
 from fusion.files.inside import all_inside
-from fusion.files.values import FARTHEST_M
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, is_rigid
 from fusion.geometry.trajectory import Trajectory

@@ -20,29 +20,23 @@ INVALID_COUNT = 65535
 
 @dataclass(frozen=True)
 class FrameFiles:
-    """Where the images of each frame lie.
+    """Where the images of each frame lie."""
 
-    Attributes:
-        folder: what the names are relative to.
-        depth: file name per frame.
-        color, ir: file name per frame, None where a frame has none; empty when no frame has one.
-        color_apart: as `color`, images in the pixels of the colour camera, which is not where the depth camera is.
-        read_depth: reads a depth file as counts (height, width) uint16, 0 and 65535 missing; given the camera's shape.
-        to_metres: depth [m] of counts where it is not counts / depth_scale, or None.
-        steps_back: how many stamps of the depth list were earlier than the one before.
-        unmatched: list name: (images without a depth frame in time, images in the list).
-        turn: quarter turns against the clock of colour images that have the sides of their camera the other way round.
-    """
-
-    folder: Path
-    depth: Sequence[str]
+    folder: Path  # what the names are relative to
+    depth: Sequence[str]  # file name per frame
+    # color, ir: file name per frame, None where a frame has none; empty when no frame has one
     color: Sequence[str | None] = ()
     ir: Sequence[str | None] = ()
+    # as `color`, images in the pixels of the colour camera, which is not where the depth camera is
     color_apart: Sequence[str | None] = ()
+    # reads a depth file as counts (height, width) uint16, 0 and 65535 missing; given the camera's shape
     read_depth: Callable[[Path, tuple[int, int]], NDArray[np.uint16]] = read_counts
+    # depth [m] of counts where it is not counts / depth_scale, or None
     to_metres: Callable[[NDArray[np.uint16]], NDArray[np.float32]] | None = None
-    steps_back: int = 0
+    steps_back: int = 0  # how many stamps of the depth list were earlier than the one before
+    # list name: (images without a depth frame in time, images in the list)
     unmatched: dict[str, tuple[int, int]] = field(default_factory=dict)
+    # quarter turns against the clock of colour images that have the sides of their camera the other way round
     turn: int = 0
 
     def read_color(self, name: str, shape: tuple[int, int]) -> NDArray[np.uint8]:

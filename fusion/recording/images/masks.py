@@ -18,13 +18,9 @@ DO = "name each mask like its depth image or by its time stamp, or pass one PNG 
 
 @dataclass(frozen=True)
 class Masks:
-    """Where the mask of each frame lies; `masks[i]` reads it.
+    """Where the mask of each frame lies; `masks[i]` reads it."""
 
-    Attributes:
-        files: one per frame, or a single one for all.
-    """
-
-    files: tuple[Path, ...]
+    files: tuple[Path, ...]  # one per frame, or a single one for all
 
     @property
     def moving(self) -> bool:
@@ -42,7 +38,6 @@ def open_masks(path: Path, recording: Recording) -> Masks:
     Args:
         path: one PNG for all frames, or a folder with one PNG per depth frame: of the same name, or named by a time
             stamp within 20 ms.
-        recording: what they belong to.
 
     Raises:
         RecordingError: no such path, frames without a mask, another size than the depth, nothing or everything marked.

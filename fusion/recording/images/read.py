@@ -75,7 +75,6 @@ def read_color(path: Path, shape: tuple[int, int] | None = None) -> NDArray[np.u
     """(height, width, 3) RGB of an 8-bit image as it is stored; grey is repeated.
 
     Args:
-        path: of the file.
         shape: (height, width) that its camera states; an image that has these the other way round is turned as its
             notes (EXIF) ask for, where they do.
 

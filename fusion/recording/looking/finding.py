@@ -8,34 +8,21 @@ SEVERITIES = ("ok", "warning", "error")
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that was looked at.
+    """One thing that was looked at."""
 
-    Attributes:
-        check: short name of what was looked at.
-        severity: "ok", "warning" (may be wrong) or "error" (is wrong, or cannot be used).
-        seen: what was seen, with its number.
-        do: what to pass or do instead; empty when nothing needs to be done.
-    """
-
-    check: str
-    severity: str
-    seen: str
-    do: str = ""
+    check: str  # short name of what was looked at
+    severity: str  # "ok", "warning" (may be wrong) or "error" (is wrong, or cannot be used)
+    seen: str  # what was seen, with its number
+    do: str = ""  # what to pass or do instead; empty when nothing needs to be done
 
 
 @dataclass(frozen=True)
 class Findings:
-    """What is in a recording and what looks wrong with it.
+    """What is in a recording and what looks wrong with it."""
 
-    Attributes:
-        summary: what is in it: format, frames, size, rate and so on, as plain values.
-        findings: one per thing that was looked at.
-        fingerprint: sha256 by which a report names its input.
-    """
-
-    summary: dict[str, Any]
-    findings: tuple[Finding, ...] = field(default_factory=tuple)
-    fingerprint: str = ""
+    summary: dict[str, Any]  # what is in it: format, frames, size, rate and so on, as plain values
+    findings: tuple[Finding, ...] = field(default_factory=tuple)  # one per thing that was looked at
+    fingerprint: str = ""  # sha256 by which a report names its input
 
     @property
     def severity(self) -> str:

@@ -17,23 +17,15 @@ KEPT_PIXELS = 320 * 240
 
 @dataclass(frozen=True)
 class Sample:
-    """Numbers of some frames, and the depth of fewer, evenly spread over the recording.
+    """Numbers of some frames, and the depth of fewer, evenly spread over the recording."""
 
-    Attributes:
-        recording: what it is a sample of.
-        counts: (65536,) how often each count occurs in the sampled frames, all 0 where depth is not stored in counts.
-        medians: (n,) median depth [m] of each frame, NaN where a frame has none.
-        depths: depth images [m] of the kept frames by index, every `stride`-th pixel.
-        stride: [px].
-        failures: frame index: why it could not be loaded.
-    """
-
-    recording: Recording
+    recording: Recording  # what it is a sample of
+    # (65536,) how often each count occurs in the sampled frames, all 0 where depth is not stored in counts
     counts: NDArray[np.int64]
-    medians: NDArray[np.float64]
-    depths: dict[int, NDArray[np.float32]]
-    stride: int
-    failures: dict[int, str]
+    medians: NDArray[np.float64]  # (n,) median depth [m] of each frame, NaN where a frame has none
+    depths: dict[int, NDArray[np.float32]]  # depth images [m] of the kept frames by index, every `stride`-th pixel
+    stride: int  # [px]
+    failures: dict[int, str]  # frame index: why it could not be loaded
 
     @property
     def unread(self) -> list[str]:

@@ -10,13 +10,11 @@ from msgspec import Meta, Struct
 from numpy.typing import NDArray
 
 from fusion.errors import RecordingError
-from fusion.files.content import Content
+from fusion.files.content import Content, Name, Rigid
 from fusion.files.json_file import read_json
 from fusion.files.output.publish import atomic_file
-from fusion.files.values import Name, Rigid
-from fusion.geometry.camera import Camera
+from fusion.geometry.camera import Camera, Principle
 from fusion.geometry.pose import is_rigid
-from fusion.geometry.principle import Principle
 
 # OpenCV's lengths; longer models (thin prism, tilt) are not those of CONTRACT's camera.json
 DISTORTION_LENGTHS = (0, 4, 5, 8)

@@ -6,11 +6,10 @@ from typing import Annotated, Any, Literal
 from msgspec import Meta, Struct, field
 
 from fusion.errors import RecordingError
-from fusion.files.content import Content
+from fusion.files.content import Content, FileName, Metres, Name, Point, Whole
 from fusion.files.inside import inside
 from fusion.files.json_file import json_in
 from fusion.files.reading import read_text
-from fusion.files.values import FileName, Metres, Name, Point, Whole
 from fusion.recording.recording import Recording
 
 MOST_FRAMES = 100_000  # an hour at 30 frames a second; more is a slip of the pen

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 
 from fusion.errors import RecordingError
+from fusion.files.content import FARTHEST_M
 from fusion.files.output.publish import atomic_file
-from fusion.files.values import FARTHEST_M
 from fusion.geometry.pose import from_tum, to_tum
 from fusion.geometry.trajectory import Trajectory
 from fusion.recording.native.text_files import data_lines, number, stamp

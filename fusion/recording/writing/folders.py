@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from fusion.errors import RecordingError
 from fusion.recording.native.trajectory_file import trajectory_text
-from fusion.recording.recording import Frame, Recording
+from fusion.recording.recording import Recording
 from fusion.recording.writing.losses import BESIDE, Watched
 from fusion.recording.writing.write import depth_counts, tell, write_frames, write_png
 
@@ -26,7 +26,6 @@ def fill_tum(folder: Path, recording: Recording, notes: list[str] | None = None)
     `associations.txt` holds a line of colour and depth for each frame that has both, as ORB-SLAM and others read it.
 
     Args:
-        folder: empty.
         recording: its colour in the depth camera's pixels is written.
         notes: what is to be known about the result is appended here.
 
@@ -60,7 +59,7 @@ def fill_open3d(folder: Path, recording: Recording, notes: list[str] | None = No
         if not 0 <= frame.timestamp <= LATEST_S:
             raise RecordingError("a time stamp cannot be a file's name", recording.path, frame.timestamp, "0 s or more")
         name = f"{frame.index:07d}-{round(frame.timestamp * 1e6):012d}.png"
-        write_png(folder / "depth" / name, _counts(recording, frame))
+        write_png(folder / "depth" / name, depth_counts(frame.depth, recording.camera.depth_scale))
         bare += frame.color is None
         if frame.color is not None:
             (folder / "color").mkdir(exist_ok=True)
@@ -97,10 +96,6 @@ def _watched(recording: Recording) -> Watched:
     if not len(recording):
         raise RecordingError("there is no frame to write", recording.path, "no frame", "one or more")
     return Watched(recording, without=BESIDE)
-
-
-def _counts(recording: Recording, frame: Frame) -> NDArray[np.uint16]:
-    return depth_counts(frame.depth, recording.camera.depth_scale)
 
 
 def _log_text(poses: NDArray[np.float64]) -> str:

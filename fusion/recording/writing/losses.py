@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Principle
 from fusion.progress import each
 from fusion.recording.images.frame_files import INVALID_COUNT
 from fusion.recording.recording import Frame, Recording
@@ -22,7 +22,6 @@ class Watched:
     """The frames of a recording, walked once; then `told` says what of them the format has no place for.
 
     Args:
-        recording: the one that is written.
         counts: whether depth becomes whole counts of its camera's unit.
         without: what of `BESIDE` the format has no place for.
     """

@@ -30,7 +30,6 @@ def fill_nerfstudio(folder: Path, recording: Recording, notes: list[str] | None 
     before that, which is told. The cloud is of the depth, in the same world.
 
     Args:
-        folder: empty.
         recording: with poses and colour images.
         notes: what is to be known about the result is appended here.
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry.pose import Array
-from fusion.mesh.comparison.knowable import OVER, knowable
+from fusion.mesh.comparison.statistics import OVER, knowable
 from fusion.mesh.drawing.sight import SightSide, sides
 from fusion.mesh.mesh import Mesh
 from fusion.report.comparisons.distance import distance_scale, distance_views, histogram_figure, shares
@@ -29,19 +29,15 @@ _ROWS = [
 
 @dataclass(frozen=True)
 class Circumstances:
-    """What a comparison report says around its numbers: title, command, settings, input, warnings, orientation.
-
-    Attributes:
-        up, front: (3,) in the mesh's frame; front points from the object to the eye.
-        warnings: (severity "ok", "warning" or "bad", sentence).
-    """
+    """What a comparison report says around its numbers: title, command, settings, input, warnings, orientation."""
 
     title: str = "Comparison"
     subtitle: str = ""
     command: str = ""
     settings: Mapping[str, object] = field(default_factory=dict)
     fingerprint: Mapping[str, object] = field(default_factory=dict)
-    warnings: Sequence[tuple[str, str]] = ()
+    warnings: Sequence[tuple[str, str]] = ()  # (severity "ok", "warning" or "bad", sentence)
+    # up, front: (3,) in the mesh's frame; front points from the object to the eye
     up: Sequence[float] | Array = (0.0, 0.0, 1.0)
     front: Sequence[float] | Array = (0.0, -1.0, 0.0)
 
@@ -52,12 +48,10 @@ def comparison_report(
     """Write `report.html` of a comparison.
 
     Args:
-        path: the page.
         comparison: the fields of `comparison.json`, as a mapping or as attributes; `histogram` (counts, edges [m])
             is used where there is one.
         mesh: the compared mesh with `scalars["signed_distance"]` [m] per vertex.
         reference: what it was compared with, in the mesh's frame, or None.
-        about: the rest of the page.
     """
     about = about or Circumstances()
     up, front = np.asarray(about.up, float), np.asarray(about.front, float)

@@ -9,7 +9,7 @@ from fusion.report.kit.page import Figure
 from fusion.report.kit.palette import BLUE, DIVERGING, GREEN, GREY, INK, ORANGE, new_figure, styled, to_svg
 from fusion.report.kit.views import Scale, ViewRow, mesh_views, nice_length, scale_colors
 
-WITHIN = (0.001, 0.002, 0.005)  # [m]
+WITHIN = (0.001, 0.002, 0.005)  # [m] as of `DistanceStatistics`
 
 
 def distance_scale(distance: Array) -> Scale:
@@ -44,10 +44,7 @@ def histogram_figure(counts: Array, edges: Array, within: dict[float, float], me
     """Histogram of the signed distances.
 
     Args:
-        counts: (k,) points per bin.
-        edges: (k + 1,) [m].
-        within: share by limit [m].
-        median: of the signed distance [m], for the title.
+        counts, edges: (k,) points per bin, (k + 1,) [m].
     """
     total = max(float(counts.sum()), 1.0)
     middle = (edges[:-1] + edges[1:]) / 2 * 1000

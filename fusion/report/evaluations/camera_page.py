@@ -5,8 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from fusion.geometry.camera import Camera
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Camera, Principle
 from fusion.report.kit.palette import BLUE, new_figure, styled, to_svg
 from fusion.sensor.files.contributed import shortcomings
 from fusion.sensor.sensor import Sensor

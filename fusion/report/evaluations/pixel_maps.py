@@ -26,9 +26,6 @@ def map_rows(
 
     Args:
         rows: (title, unit, one image (h, w) per column, True for a scale about zero).
-        columns: titles.
-        name: of the drawing on the page.
-        text: title, alternative and caption.
     """
     high = 0.4 + len(rows) * (11.0 / max(len(columns), 3)) * 0.62
     with styled():

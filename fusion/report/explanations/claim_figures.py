@@ -37,36 +37,23 @@ NOISE = Unit(1.0, "standard deviations", "residual")
 
 @dataclass(frozen=True)
 class BinnedCurve:
-    """Means over bins of one variable, in shown units.
+    """Means over bins of one variable, in shown units."""
 
-    Attributes:
-        variable: name as in verdicts.
-        at: (k,) of the bins.
-        law: (k,) the fitted effect.
-        each: (2, m) the variable and the fitted effect at single tiles: a law may swing within a bin.
-        without, rest: (k,) residuals without and with it, poses set as well as they can be each time.
-        std: (k,) of the residuals by noise alone.
-        region: bounds in this variable, or None.
-    """
-
-    variable: str
-    at: Array
-    law: Array
-    each: Array
+    variable: str  # name as in verdicts
+    at: Array  # (k,) of the bins
+    law: Array  # (k,) the fitted effect
+    each: Array  # (2, m) the variable and the fitted effect at single tiles: a law may swing within a bin
+    # without, rest: (k,) residuals without and with it, poses set as well as they can be each time
     without: Array
     rest: Array
-    std: Array
-    region: tuple[float, float] | None
+    std: Array  # (k,) of the residuals by noise alone
+    region: tuple[float, float] | None  # bounds in this variable, or None
 
 
 def maps_figure(
     columns: Sequence[Sequence[tuple[str, Array]]], rows: Sequence[str], unit: Unit, text: Figure
 ) -> Figure:
-    """Residual maps (h, w) with one colour scale: a column per recording, a row per model.
-
-    Args:
-        columns: title and image of each row, for each recording.
-    """
+    """Residual maps (h, w) with one colour scale: a column per recording, a row per model."""
     known = np.abs(np.concatenate([np.ravel(image) for column in columns for _, image in column]))
     known = known[np.isfinite(known)]
     half = SIGMAS if unit is NOISE else max(float(np.percentile(known, 98)) if len(known) else 1.0, 1e-6)

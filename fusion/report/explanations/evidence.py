@@ -25,19 +25,12 @@ def painted(patch: Patch, values: Vector) -> NDArray[np.float64]:
 
 @dataclass(frozen=True)
 class Footprint:
-    """What a claim of the verdict changes in the fitted frames.
+    """What a claim of the verdict changes in the fitted frames."""
 
-    Attributes:
-        number: its place in the verdict.
-        claim: of the verdict.
-        white: (n,) what it changes, whitened.
-        left: (n,) what all claims together leave, whitened.
-    """
-
-    number: int
-    claim: Claim
-    white: Vector
-    left: Vector
+    number: int  # its place in the verdict
+    claim: Claim  # of the verdict
+    white: Vector  # (n,) what it changes, whitened
+    left: Vector  # (n,) what all claims together leave, whitened
 
     def mask(self, found: Explanation) -> NDArray[np.uint8]:
         """(h, w) how much each pixel tells for the claim: 255 the most, 0 nothing or never seen."""

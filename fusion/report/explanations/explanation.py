@@ -36,13 +36,7 @@ CHI2 = (NOISE_ALONE, 2.5)  # misfit of the whole: explained up to, a problem abo
 
 
 def explanation_report(folder: Path, found: Explanation, verdict: Verdict) -> None:
-    """Write `report.html`.
-
-    Args:
-        folder: exists.
-        found: all that was found.
-        verdict: the content of `verdict.json`, as it is written.
-    """
+    """Write `report.html`."""
     seen = found.compared
     unit = LENGTH if found.before.patches[0].view.time_of_flight else DISPARITY
     page = Page(

@@ -25,16 +25,11 @@ Array = NDArray[Any]
 
 @dataclass(frozen=True)
 class MissingCurve:
-    """Missing values over bins of one variable [%].
+    """Missing values over bins of one variable [%]."""
 
-    Attributes:
-        variable: name as in verdicts.
-        at: (k,) of the bins.
-        measured, given, extended: (k,) as recorded, by the model without and with the claim.
-    """
-
-    variable: str
-    at: Array
+    variable: str  # name as in verdicts
+    at: Array  # (k,) of the bins
+    # measured, given, extended: (k,) as recorded, by the model without and with the claim
     measured: Array
     given: Array
     extended: Array

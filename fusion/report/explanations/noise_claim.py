@@ -24,18 +24,12 @@ Array = NDArray[Any]
 
 @dataclass(frozen=True)
 class SpreadCurve:
-    """Noise over bins of one variable, in shown units.
+    """Noise over bins of one variable, in shown units."""
 
-    Attributes:
-        variable: name as in verdicts.
-        at: (k,) of the bins.
-        measured: (k,) standard deviation of repeated frames.
-        given, extended: (k,) what the model predicts without and with the claim.
-    """
-
-    variable: str
-    at: Array
-    measured: Array
+    variable: str  # name as in verdicts
+    at: Array  # (k,) of the bins
+    measured: Array  # (k,) standard deviation of repeated frames
+    # given, extended: (k,) what the model predicts without and with the claim
     given: Array
     extended: Array
 

@@ -27,19 +27,12 @@ class Number:
 
 @dataclass(frozen=True)
 class Figure:
-    """A picture that is ready for the page.
+    """A picture that is ready for the page."""
 
-    Attributes:
-        title: the finding, one line.
-        svg: inline SVG, made by fusion.report.kit.palette.to_svg.
-        alt: what a person who cannot see it should know.
-        caption: how to read it.
-    """
-
-    title: str
-    svg: str
-    alt: str
-    caption: str = ""
+    title: str  # the finding, one line
+    svg: str  # inline SVG, made by fusion.report.kit.palette.to_svg
+    alt: str  # what a person who cannot see it should know
+    caption: str = ""  # how to read it
 
 
 @dataclass(frozen=True)
@@ -59,34 +52,22 @@ class Section:
 
 @dataclass(frozen=True)
 class Page:
-    """All that stands on a page; parts that are empty are left out.
+    """All that stands on a page; parts that are empty are left out."""
 
-    Attributes:
-        title, subtitle: plain text.
-        verdict: one word, and what made it so; "" where there is none.
-        summary: about five judged lines; shown with the worst first.
-        numbers: key numbers with units.
-        sections: in the order of reading.
-        warnings: further lights, for instance from reading the input; "ok" ones are notes, which are folded.
-        settings: nested settings, shown as a table.
-        fingerprint: what identifies the input, name to value.
-        command: the command line that made the page.
-        script: trusted JavaScript put once at the head of the page.
-        dated: says when it was made.
-    """
-
+    # title, subtitle: plain text
     title: str
     subtitle: str = ""
-    verdict: str = ""
-    summary: Sequence[Light] = ()
-    numbers: Sequence[Number] = ()
-    sections: Sequence[Section] = ()
+    verdict: str = ""  # one word, and what made it so; "" where there is none
+    summary: Sequence[Light] = ()  # about five judged lines; shown with the worst first
+    numbers: Sequence[Number] = ()  # key numbers with units
+    sections: Sequence[Section] = ()  # in the order of reading
+    # further lights, for instance from reading the input; "ok" ones are notes, which are folded
     warnings: Sequence[Light] = ()
-    settings: Mapping[str, object] | None = None
-    fingerprint: Mapping[str, object] | None = None
-    command: str = ""
-    script: str = ""
-    dated: bool = True
+    settings: Mapping[str, object] | None = None  # nested settings, shown as a table
+    fingerprint: Mapping[str, object] | None = None  # what identifies the input, name to value
+    command: str = ""  # the command line that made the page
+    script: str = ""  # trusted JavaScript put once at the head of the page
+    dated: bool = True  # says when it was made
 
 
 OPEN_WARNINGS = 8  # more would push the result itself off the first screen
@@ -96,29 +77,7 @@ POLICY = (
     "default-src 'none'; style-src 'unsafe-inline'; img-src data: blob:; worker-src blob:; connect-src 'none'; "
     "form-action 'none'; base-uri 'none'; "
 )
-TEMPLATE = Template("""<!doctype html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<meta http-equiv="Content-Security-Policy" content="$policy">
-<title>$title</title>
-<style>$style</style>
-$script
-</head>
-<body>
-<header>
-<h1>$title</h1>
-<p class="kicker">$subtitle</p>
-$navigation
-</header>
-<main>
-$body
-</main>
-<footer><p>Made by fusion $version$date. This page is complete in itself and loads nothing.</p></footer>
-</body>
-</html>
-""")
+TEMPLATE = Template(Path(__file__).with_name("page.html").read_text(encoding="utf-8"))
 
 
 def write_page(path: Path, page: Page) -> None:

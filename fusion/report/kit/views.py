@@ -62,9 +62,7 @@ def mesh_views(rows: Sequence[ViewRow], sides: list[SightSide], text: Figure, sc
 
     Args:
         rows: what to show, at the scale of what `seen_alone` gave for one of them; a row with an empty mesh says so.
-        sides: from where, one column each.
         text: title, alt and caption; its svg is "name" for the ids inside the picture.
-        scale: adds a colour bar.
     """
     looked = next((row.sights for row in rows if row.sights), None)
     pixel = looked[0].sight.pixel if looked else _pixel([row.mesh for row in rows])

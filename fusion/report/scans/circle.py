@@ -13,20 +13,14 @@ from fusion.results.table_motion import TableMotion
 
 @dataclass(frozen=True)
 class Cylinder:
-    """Camera centres in coordinates of the axis, each (n,); NaN where a frame has no pose.
+    """Camera centres in coordinates of the axis, each (n,); NaN where a frame has no pose."""
 
-    Attributes:
-        x, y: [m] across the axis, x towards the first camera.
-        azimuth: [rad].
-        radial: [m] distance from the axis, less the circle's radius.
-        axial: [m] height along the axis, less the middle height.
-    """
-
+    # x, y: [m] across the axis, x towards the first camera
     x: Array
     y: Array
-    azimuth: Array
-    radial: Array
-    axial: Array
+    azimuth: Array  # [rad]
+    radial: Array  # [m] distance from the axis, less the circle's radius
+    axial: Array  # [m] height along the axis, less the middle height
 
 
 @dataclass(frozen=True)

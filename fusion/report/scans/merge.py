@@ -23,29 +23,17 @@ UP, FRONT = np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])  # the first ca
 
 @dataclass(frozen=True)
 class MergeReport:
-    """What the page shows.
+    """What the page shows."""
 
-    Attributes:
-        mesh: the merged object, z up.
-        parts: name and mesh of each pass, where it lies in the merge.
-        facts: of the mesh and the frames.
-        apart: (n,) how far the passes lie from each other at each vertex [m], NaN where one alone saw it.
-        content: of `merge.json`.
-        verdict: in a line.
-        summary: judged lines, the worst first.
-        settings: nested.
-        command: the command line.
-    """
-
-    mesh: Mesh
-    parts: Sequence[tuple[str, Mesh]]
-    facts: ScanFacts
-    apart: NDArray
-    content: Mapping[str, Any]
-    verdict: str = ""
-    summary: Sequence[Light] = ()
-    settings: Mapping[str, object] = field(default_factory=dict)
-    command: str = ""
+    mesh: Mesh  # the merged object, z up
+    parts: Sequence[tuple[str, Mesh]]  # name and mesh of each pass, where it lies in the merge
+    facts: ScanFacts  # of the mesh and the frames
+    apart: NDArray  # (n,) how far the passes lie from each other at each vertex [m], NaN where one alone saw it
+    content: Mapping[str, Any]  # of `merge.json`
+    verdict: str = ""  # in a line
+    summary: Sequence[Light] = ()  # judged lines, the worst first
+    settings: Mapping[str, object] = field(default_factory=dict)  # nested
+    command: str = ""  # the command line
 
 
 def merge_report(path: Path, report: MergeReport) -> None:

@@ -34,51 +34,33 @@ from fusion.results.words import mesh_words
 
 @dataclass(frozen=True)
 class ScanReport:
-    """What a report of a scan may hold; only the mesh is required, empty parts make no section.
+    """What a report of a scan may hold; only the mesh is required, empty parts make no section."""
 
-    Attributes:
-        mesh: the result [m].
-        facts: the numbers that the terminal tells too; None: those of the mesh alone.
-        title, subtitle: plain text, may hold any file name.
-        trajectory_raw, trajectory: camera poses before and after the turntable post-pass, in the mesh's frame.
-        turntable: what it did.
-        residual: (n,) per frame [m], NaN where a frame has none.
-        inlier_share: (n,) per frame, 0 to 1.
-        rejected: frame to reason.
-        times_seen: (vertices,) number of frames that saw each vertex.
-        mesh_raw: the mesh before the turntable correction, for before and after.
-        up, front: (3,) in the mesh's frame; None: from the turntable's axis and the first camera, else -y and -z,
-            which is up and towards the viewer in a camera's frame.
-        verdict: in a line, "" where there is none.
-        summary: judged lines, the worst first.
-        settings: nested, as in `settings.json`.
-        warnings: (severity "ok", "warning" or "bad", sentence).
-        fingerprint: what identifies the input.
-        command: the command line.
-        comparison: result of a comparison with a reference, or None.
-    """
-
-    mesh: Mesh
-    facts: ScanFacts | None = None
+    mesh: Mesh  # the result [m]
+    facts: ScanFacts | None = None  # the numbers that the terminal tells too; None: those of the mesh alone
+    # title, subtitle: plain text, may hold any file name
     title: str = "Scan"
     subtitle: str = ""
+    # trajectory_raw, trajectory: camera poses before and after the turntable post-pass, in the mesh's frame
     trajectory_raw: Trajectory | None = None
     trajectory: Trajectory | None = None
-    turntable: TableMotion | None = None
-    residual: NDArray | None = None
-    inlier_share: NDArray | None = None
-    rejected: Mapping[int, str] = field(default_factory=dict)
-    times_seen: NDArray | None = None
-    mesh_raw: Mesh | None = None
+    turntable: TableMotion | None = None  # what it did
+    residual: NDArray | None = None  # (n,) per frame [m], NaN where a frame has none
+    inlier_share: NDArray | None = None  # (n,) per frame, 0 to 1
+    rejected: Mapping[int, str] = field(default_factory=dict)  # frame to reason
+    times_seen: NDArray | None = None  # (vertices,) number of frames that saw each vertex
+    mesh_raw: Mesh | None = None  # the mesh before the turntable correction, for before and after
+    # up, front: (3,) in the mesh's frame; None: from the turntable's axis and the first camera, else -y and -z, which
+    # is up and towards the viewer in a camera's frame
     up: Array | None = None
     front: Array | None = None
-    verdict: str = ""
-    summary: Sequence[Light] = ()
-    settings: Mapping[str, object] = field(default_factory=dict)
-    warnings: Sequence[tuple[str, str]] = ()
-    fingerprint: Mapping[str, object] | str = field(default_factory=dict)
-    command: str = ""
-    comparison: Any = None
+    verdict: str = ""  # in a line, "" where there is none
+    summary: Sequence[Light] = ()  # judged lines, the worst first
+    settings: Mapping[str, object] = field(default_factory=dict)  # nested, as in `settings.json`
+    warnings: Sequence[tuple[str, str]] = ()  # (severity "ok", "warning" or "bad", sentence)
+    fingerprint: Mapping[str, object] | str = field(default_factory=dict)  # what identifies the input
+    command: str = ""  # the command line
+    comparison: Any = None  # result of a comparison with a reference, or None
 
 
 def scan_report(path: Path, report: ScanReport) -> None:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fusion.geometry.pose import Array
-from fusion.mesh.comparison.knowable import OVER, Knowable
+from fusion.mesh.comparison.statistics import OVER, Knowable
 from fusion.mesh.drawing.shading import Lit
 from fusion.mesh.drawing.sight import SightSide
 from fusion.mesh.mesh import Mesh

@@ -19,19 +19,12 @@ LONGEST = 800  # [px] of a picture's longer side: more is not seen
 
 @dataclass(frozen=True)
 class TextureReport:
-    """What the page shows.
+    """What the page shows."""
 
-    Attributes:
-        made: the textured mesh.
-        subtitle: of what.
-        settings: nested.
-        command: the command line.
-    """
-
-    made: Textured
-    subtitle: str = ""
-    settings: Mapping[str, object] = field(default_factory=dict)
-    command: str = ""
+    made: Textured  # the textured mesh
+    subtitle: str = ""  # of what
+    settings: Mapping[str, object] = field(default_factory=dict)  # nested
+    command: str = ""  # the command line
 
 
 def texture_report(path: Path, report: TextureReport) -> None:

@@ -1,8 +1,7 @@
 # mypy: ignore-errors
 """Where points of a surface lie in the images of some cameras, on Taichi."""
 
-from fusion.compute.arrays import F32_2, F64, F64_2, F64_3, I32, I32_2
-from fusion.compute.language import kernel, ti
+from fusion.compute.language import F32_2, F64, F64_2, F64_3, I32, I32_2, kernel, ti
 from fusion.geometry.lanes import project
 
 vec3 = ti.types.vector(3, ti.f64)

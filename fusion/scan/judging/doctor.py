@@ -1,7 +1,6 @@
 """What the recording's doctor says before a scan, and what readers and the correction add."""
 
-from fusion.recording.checks.bumped import check_camera_bumped
-from fusion.recording.checks.drift import check_depth_drifts
+from fusion.recording.checks.drift import check_camera_bumped, check_depth_drifts
 from fusion.recording.checks.stillness import check_object_turns
 from fusion.recording.looking.doctor import quick_look, refuse_if_certain
 from fusion.recording.recording import Recording

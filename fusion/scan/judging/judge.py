@@ -5,9 +5,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fusion.geometry import pose
-from fusion.results.frames_light import frames_light
 from fusion.results.judgement import Judgement
-from fusion.results.light import LEVELS, Light, level, worst_first
+from fusion.results.light import LEVELS, Light, frames_light, level, worst_first
 from fusion.scan.judging.camera_light import camera_light
 from fusion.scan.judging.size_light import size_light
 from fusion.scan.judging.table_lights import table_lights

@@ -29,21 +29,13 @@ class CorrectionFigures:
 
 @dataclass(frozen=True)
 class CorrectionSummary:
-    """The correction of a recording in numbers and words.
+    """The correction of a recording in numbers and words."""
 
-    Attributes:
-        corrected: effect to the median size of what was taken back in a frame that was looked at [m].
-        camera: names of the errors of the camera that the true camera takes out.
-        left: what is not corrected, one sentence each with the reason.
-        doubtful: effects that are corrected, but are known no better than the noise, one sentence each.
-        guessed: [m] size of what was taken back for a brightness that was guessed.
-    """
-
-    corrected: dict[str, float]
-    camera: tuple[str, ...]
-    left: tuple[str, ...]
-    doubtful: tuple[str, ...]
-    guessed: float = 0.0
+    corrected: dict[str, float]  # effect to the median size of what was taken back in a frame that was looked at [m]
+    camera: tuple[str, ...]  # names of the errors of the camera that the true camera takes out
+    left: tuple[str, ...]  # what is not corrected, one sentence each with the reason
+    doubtful: tuple[str, ...]  # effects that are corrected, but are known no better than the noise, one sentence each
+    guessed: float = 0.0  # [m] size of what was taken back for a brightness that was guessed
 
     @property
     def line(self) -> str:
@@ -63,20 +55,18 @@ class CorrectionSummary:
 
 
 def tell(sensor: Sensor, view: View) -> CorrectionSummary:
-    """What the correction of this measured view (with depth, and what is known beside it) does and leaves.
-
-    Args:
-        view: camera as stated, measured depth, amplitude and moment.
-    """
+    """What the correction of this measured view (with depth, and what is known beside it) does and leaves."""
     assert view.depth is not None
     measured = np.asarray(view.depth, np.float32)
     full = view_of(sensor, measured, view.camera, view.ir, view.moment)
     depth = sensor.correct(measured, full)
     true = true_camera(sensor, view.camera)
     noise = _median(sigma_of(sensor, View(true, depth, ir=view.ir, moment=view.moment)))
-    corrected, left, doubtful, dark = {}, _by_name(sensor), [], 0.0
+    by_name_only = [text for text in sensor.left_out if ": not corrected (" not in text]
+    corrected, left, doubtful, dark = {}, by_name_only, [], 0.0
     for effect in sensor.effects:
-        why = _why_left(sensor, effect)
+        # the true camera corrects those of the camera
+        why = sensor.usual(effect) if isinstance(effect, CameraEffect) else sensor.why_not_corrected(effect)
         if why:
             left.append(f"{effect.name}: not corrected ({why})")
         if why or not effect.changes("bias") or isinstance(effect, CameraEffect):
@@ -97,16 +87,6 @@ def tell(sensor: Sensor, view: View) -> CorrectionSummary:
             )
     moved = tuple(e.name for e in camera_effects(sensor) if e.true_camera(view.camera) != view.camera)
     return CorrectionSummary(corrected, moved, tuple(left), tuple(doubtful), dark)
-
-
-def _by_name(sensor: Sensor) -> list[str]:
-    """What the model holds by name only."""
-    return [text for text in sensor.left_out if ": not corrected (" not in text]
-
-
-def _why_left(sensor: Sensor, effect: Effect) -> str:
-    """Why an effect stays; the true camera corrects those of the camera."""
-    return sensor.usual(effect) if isinstance(effect, CameraEffect) else sensor.why_not_corrected(effect)
 
 
 def _size(effect: Effect, depth: np.ndarray, view: View) -> float:

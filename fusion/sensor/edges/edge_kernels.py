@@ -8,8 +8,7 @@ link on each side, also those that lie half outside of the image. A cell (v, u) 
 
 from typing import NamedTuple
 
-from fusion.compute.arrays import F32, F32_2, I32, I32_2
-from fusion.compute.language import func, kernel, ti
+from fusion.compute.language import F32, F32_2, I32, I32_2, func, kernel, ti
 
 OVERSHADOWED_PX, LARGER = 1.5, 3.0  # an edge is left out where one with a jump so many times as large is so close
 BRIGHTEST = 1000.0  # the light across an edge over an own amplitude of nearly nothing stays a number
@@ -20,17 +19,11 @@ I32_3 = ti.types.ndarray(ti.i32, 3)
 
 
 class Rings(NamedTuple):
-    """Cells by their distance from a pixel.
+    """Cells by their distance from a pixel."""
 
-    Attributes:
-        cells: (n, 3) the nearest first: square of the distance [px^2], and row and column from the pixel.
-        begins: (reach^2 + 2,) the first of them that is as far [px^2].
-        margin: rows and columns of `Pieces.held` beyond the cells, more than the reach [px].
-    """
-
-    cells: I32_2
-    begins: I32
-    margin: ti.i32
+    cells: I32_2  # (n, 3) the nearest first: square of the distance [px^2], and row and column from the pixel
+    begins: I32  # (reach^2 + 2,) the first of them that is as far [px^2]
+    margin: ti.i32  # rows and columns of `Pieces.held` beyond the cells, more than the reach [px]
 
 
 class Pieces(NamedTuple):

@@ -16,18 +16,13 @@ Indices = NDArray[np.intp]
 
 @dataclass(frozen=True)
 class Crossings:
-    """Where an edge passes between two neighbouring pixels.
+    """Where an edge passes between two neighbouring pixels."""
 
-    Attributes:
-        first, second: (n,) indices of the pixels in the raveled image; the second is to the right or below.
-        position: (n,) share of the way from the first to the second.
-        depths: (n, 2) [m] at the edge, on the side of the first and of the second; NaN where there is nothing.
-    """
-
+    # first, second: (n,) indices of the pixels in the raveled image; the second is to the right or below
     first: Indices
     second: Indices
-    position: Image
-    depths: Image
+    position: Image  # (n,) share of the way from the first to the second
+    depths: Image  # (n, 2) [m] at the edge, on the side of the first and of the second; NaN where there is nothing
 
 
 def nearest_edges(crossings: Crossings, depth: Image, amplitude: Image, reach: float = REACH_PX) -> Edges:

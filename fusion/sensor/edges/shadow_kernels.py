@@ -1,8 +1,7 @@
 # mypy: ignore-errors
 """Which pixels the projector does not reach, row by row, on Taichi."""
 
-from fusion.compute.arrays import F32_2, F32_3, U8_2
-from fusion.compute.language import kernel, ti
+from fusion.compute.language import F32_2, F32_3, U8_2, kernel, ti
 
 
 @kernel

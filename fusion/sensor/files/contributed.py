@@ -1,6 +1,6 @@
 """Is a measured model fit for others? It says of which camera it is, how well each number is known, and whence."""
 
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Principle
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.words.description import description
 

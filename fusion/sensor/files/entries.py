@@ -21,21 +21,13 @@ Stds = dict[tuple[str, str], float | tuple[float, ...]]
 
 @dataclass(frozen=True)
 class GivenEffect:
-    """What a file says of one effect.
+    """What a file says of one effect."""
 
-    Attributes:
-        name: of the effect.
-        entry: source, place, fitted.
-        given: its parameters by their names in the file.
-        place: position among the file's effects.
-        content: of the whole file, for messages.
-    """
-
-    name: str
-    entry: EffectEntry
-    given: Mapping[str, GivenParameter]
-    place: int
-    content: Content
+    name: str  # of the effect
+    entry: EffectEntry  # source, place, fitted
+    given: Mapping[str, GivenParameter]  # its parameters by their names in the file
+    place: int  # position among the file's effects
+    content: Content  # of the whole file, for messages
 
     def raw(self, label: str, key: str) -> Raw:
         """What stands under a key ("value" or "std") of a parameter."""

@@ -6,8 +6,8 @@ from typing import Annotated, Any, Literal, Union
 import msgspec
 from msgspec import UNSET, Meta, Struct, UnsetType
 
-from fusion.files.values import Name
-from fusion.geometry.principle import Principle
+from fusion.files.content import Name
+from fusion.geometry.camera import Principle
 from fusion.sensor.catalogue import IMPLEMENTED, KNOWN
 from fusion.sensor.parameter import Parameter, Setting, parameters, settings
 from fusion.sensor.where import BoundFields

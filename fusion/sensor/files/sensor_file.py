@@ -16,7 +16,7 @@ from fusion.files.json_values import json_values
 from fusion.files.output.publish import atomic_file
 from fusion.files.reading import read_bytes
 from fusion.files.schema import one_of
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Principle
 from fusion.sensor.catalogue import IMPLEMENTED
 from fusion.sensor.effect import Effect
 from fusion.sensor.files.entries import GivenEffect, Stds, given_effects
@@ -133,7 +133,7 @@ def _content(path: Path) -> Content:
     except SensorError as error:
         if not isinstance(error.__cause__, FileNotFoundError):
             raise
-        known = "a sensor.json or " + one_of(list(PRESETS), path)
+        known = "a sensor.json or " + one_of(PRESETS, path)
         raise SensorError("the sensor file is not there", path, expected=known, do="check --sensor") from error
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Principle
 from fusion.sensor.effect import Effect
 from fusion.sensor.parameter import parameters, settings
 from fusion.sensor.sensor import Sensor
@@ -26,16 +26,11 @@ class MapSummary:
 
 @dataclass(frozen=True)
 class DescribedParameter:
-    """One parameter.
+    """One parameter."""
 
-    Attributes:
-        value: a number, words, a list of them, or what is told of a map.
-        std: 0 where the value is exact, None where nobody knows how well it is known.
-    """
-
-    value: Any
+    value: Any  # a number, words, a list of them, or what is told of a map
     unit: str
-    std: Any
+    std: Any  # 0 where the value is exact, None where nobody knows how well it is known
     meaning: str
     source: str
 

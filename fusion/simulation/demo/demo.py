@@ -6,8 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from fusion.files.output.publish import output_folder
-from fusion.geometry.camera import Camera
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Camera, Principle
 from fusion.mesh.mesh import Mesh
 from fusion.progress import each
 from fusion.sensor.presets import preset

@@ -25,26 +25,18 @@ REFLECTANCE = 0.8  # of the wall: white paint, guess
 
 @dataclass(frozen=True)
 class Loss:
-    """What is lost.
+    """What is lost."""
 
-    Attributes:
-        depths: (n,) [m].
-        own: (n, 2) mean error and spread [m] over the image, as the model states them.
-        exported: (n, 2) those of the other simulator's law.
-        rms: (n,) [m] distance of both: the root of the mean over pixels of (mean - mean)^2 + (spread - spread)^2,
-            which of two normal distributions is the Wasserstein distance.
-        whole: (n,) [m] the same with nothing exported at all.
-        effects: effect of the own model to the rms (n,) [m] of what it does alone; NaN where it leaves no value.
-        lost: effects that the other law does not know.
-    """
-
-    depths: Floats
-    own: Floats
-    exported: Floats
+    depths: Floats  # (n,) [m]
+    own: Floats  # (n, 2) mean error and spread [m] over the image, as the model states them
+    exported: Floats  # (n, 2) those of the other simulator's law
+    # (n,) [m] distance of both: the root of the mean over pixels of (mean - mean)^2 + (spread - spread)^2, which of two
+    # normal distributions is the Wasserstein distance
     rms: Floats
-    whole: Floats
+    whole: Floats  # (n,) [m] the same with nothing exported at all
+    # effect of the own model to the rms (n,) [m] of what it does alone; NaN where it leaves no value
     effects: dict[str, Floats]
-    lost: tuple[str, ...]
+    lost: tuple[str, ...]  # effects that the other law does not know
 
 
 def stated(sensor: Sensor, camera: Camera) -> StatedWall:

@@ -18,17 +18,11 @@ DISTORTION = ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
 
 @dataclass(frozen=True)
 class Reading:
-    """What one result states of a unit.
+    """What one result states of a unit."""
 
-    Attributes:
-        unit: its number or name.
-        date: years, from any one day on; NaN where it is not known.
-        values: quantity, with its unit in brackets, to its number.
-    """
-
-    unit: str
-    date: float
-    values: Mapping[str, float]
+    unit: str  # its number or name
+    date: float  # years, from any one day on; NaN where it is not known
+    values: Mapping[str, float]  # quantity, with its unit in brackets, to its number
 
 
 @dataclass(frozen=True)
@@ -54,22 +48,14 @@ class QuantitiesFigures:
 
 @dataclass(frozen=True)
 class Quantities:
-    """m results of u units, with k quantities that all of them state.
+    """m results of u units, with k quantities that all of them state."""
 
-    Attributes:
-        labels: (k,) names of the quantities.
-        names: of the units.
-        unit: (m,) which each result is of.
-        date: (m,) [years], NaN where it is not known.
-        values: (m, k).
-        between, within, drift: as in `Units`, in the quantity's own unit, the drift per year.
-    """
-
-    labels: tuple[str, ...]
-    names: tuple[str, ...]
-    unit: NDArray[np.int64]
-    date: NDArray[np.float64]
-    values: NDArray[np.float64]
+    labels: tuple[str, ...]  # (k,) names of the quantities
+    names: tuple[str, ...]  # of the units
+    unit: NDArray[np.int64]  # (m,) which each result is of
+    date: NDArray[np.float64]  # (m,) [years], NaN where it is not known
+    values: NDArray[np.float64]  # (m, k)
+    # between, within, drift: as in `Units`, in the quantity's own unit, the drift per year
     between: Interval
     within: Interval
     drift: Interval
@@ -82,11 +68,7 @@ class Quantities:
 
 
 def quantities(readings: Sequence[Reading]) -> Quantities:
-    """Compare results of units.
-
-    Raises:
-        SensorError: fewer than two units, or no quantity that all of them state.
-    """
+    """Compare results of units. SensorError: fewer than two units, or no quantity that all of them state."""
     names = tuple(dict.fromkeys(one.unit for one in readings))
     if len(names) < 2:
         raise SensorError("one unit alone has no spread", found=names, expected="results of two or more units")

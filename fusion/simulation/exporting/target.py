@@ -15,17 +15,12 @@ Parameters = dict[str, float]
 
 @dataclass(frozen=True)
 class StatedWall:
-    """What the own model says of a frontal wall, over the image, at several depths.
+    """What the own model says of a frontal wall, over the image, at several depths."""
 
-    Attributes:
-        depths: (n,) [m].
-        at: (n, walls) [m] where the walls around each depth stand.
-        bias, sigma: (n, walls x pixels) [m] of the mean and of the spread of repeated frames, wall after wall; NaN
-            where nothing is measured.
-    """
-
-    depths: Floats
-    at: Floats
+    depths: Floats  # (n,) [m]
+    at: Floats  # (n, walls) [m] where the walls around each depth stand
+    # bias, sigma: (n, walls x pixels) [m] of the mean and of the spread of repeated frames, wall after wall; NaN where
+    # nothing is measured
     bias: Floats
     sigma: Floats
 
@@ -42,27 +37,18 @@ class StatedWall:
 
 @dataclass(frozen=True)
 class SimulatorTarget:
-    """Another simulator.
+    """Another simulator."""
 
-    Attributes:
-        name: as `--to` takes it.
-        formula: its law, one line.
-        source: where it is published.
-        fit: the parameters that come nearest to what a sensor states.
-        moments: (parameters, depth) to the mean error and the spread [m] of its law.
-        text: (camera, parameters, comment lines) to the content of the file.
-        carried: effects that its law knows, as far as its form allows.
-        own: errors that it makes besides, whatever is exported; "" none.
-    """
-
-    name: str
-    formula: str
-    source: str
-    fit: Callable[[Sensor, Camera, StatedWall], Parameters]
+    name: str  # as `--to` takes it
+    formula: str  # its law, one line
+    source: str  # where it is published
+    fit: Callable[[Sensor, Camera, StatedWall], Parameters]  # the parameters that come nearest to what a sensor states
+    # (parameters, depth) to the mean error and the spread [m] of its law
     moments: Callable[[Parameters, Floats], tuple[Floats, Floats]]
+    # (camera, parameters, comment lines) to the content of the file
     text: Callable[[Camera, Parameters, list[str]], str]
-    carried: tuple[str, ...] = ()
-    own: str = ""
+    carried: tuple[str, ...] = ()  # effects that its law knows, as far as its form allows
+    own: str = ""  # errors that it makes besides, whatever is exported; "" none
 
 
 def weighted(known: Floats, values: Floats, weights: Floats) -> float:

@@ -23,17 +23,11 @@ SURE = 0.95  # of intervals
 
 @dataclass(frozen=True)
 class Measured:
-    """A model of one unit on one date.
+    """A model of one unit on one date."""
 
-    Attributes:
-        unit: its number or name.
-        date: years, from any one day on; NaN where it is not known.
-        sensor: what was measured.
-    """
-
-    unit: str
-    date: float
-    sensor: Sensor
+    unit: str  # its number or name
+    date: float  # years, from any one day on; NaN where it is not known
+    sensor: Sensor  # what was measured
 
 
 @dataclass(frozen=True)
@@ -69,28 +63,18 @@ class UnitsFigures:
 
 @dataclass(frozen=True)
 class Units:
-    """m models of u units at n depths.
+    """m models of u units at n depths."""
 
-    Attributes:
-        depths: (n,) [m].
-        names: of the units.
-        unit: (m,) which each model is of.
-        date: (m,) [years], NaN where it is not known.
-        bias, sigma: (m, n) mean error and spread of repeated frames [m], over the image before frontal walls.
-        between: standard deviation between units [m], what repetitions explain taken off where there are any.
-        within: standard deviation between the dates of a unit [m]; NaN where none has two.
-        drift: change per year [m].
-    """
-
-    depths: NDArray[np.float64]
-    names: tuple[str, ...]
-    unit: NDArray[np.int64]
-    date: NDArray[np.float64]
+    depths: NDArray[np.float64]  # (n,) [m]
+    names: tuple[str, ...]  # of the units
+    unit: NDArray[np.int64]  # (m,) which each model is of
+    date: NDArray[np.float64]  # (m,) [years], NaN where it is not known
+    # bias, sigma: (m, n) mean error and spread of repeated frames [m], over the image before frontal walls
     bias: NDArray[np.float64]
     sigma: NDArray[np.float64]
-    between: Interval
-    within: Interval
-    drift: Interval
+    between: Interval  # standard deviation between units [m], what repetitions explain taken off where there are any
+    within: Interval  # standard deviation between the dates of a unit [m]; NaN where none has two
+    drift: Interval  # change per year [m]
 
     def figures(self) -> UnitsFigures:
         """What `units.json` holds."""

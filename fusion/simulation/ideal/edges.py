@@ -32,7 +32,7 @@ def edges_of_perfect(frame: IdealFrame, amplitude: Image, reach: float = REACH_P
     depth = frame.depth
     with np.errstate(all="ignore"):
         w = 1 / depth
-        pairs = [_torn(w, frame, axis) for axis in (1, 0)]
+        pairs = [torn(w, frame, axis) for axis in (1, 0)]
         first, second = (np.concatenate(side) for side in zip(*pairs, strict=True))
         z = depth.reshape(-1)
         places = [_places(w.shape, axis)[pair[0]] for axis, pair in zip((1, 0), pairs, strict=True)]
@@ -40,12 +40,12 @@ def edges_of_perfect(frame: IdealFrame, amplitude: Image, reach: float = REACH_P
         return nearest_edges(crossings, depth, amplitude, reach)
 
 
-def _torn(w: Image, frame: IdealFrame, axis: int) -> tuple[Indices, Indices]:
+def torn(w: Image, frame: IdealFrame, axis: int) -> tuple[Indices, Indices]:
     """Indices of neighbours along an axis, and of the ones to the right or below, that are not one surface."""
     flat, stride = w.reshape(-1), stride_along(w, axis)
     step = flat[stride:] - flat[:-stride]
     least = np.float32(JUMP * BETWEEN) * flat[:-stride]
-    some = (np.abs(step) > least) & ~_calm(step, flat, w.shape, axis, frame.segmentation is not None)
+    some = (np.abs(step) > least) & ~calm(step, flat, w.shape, axis, frame.segmentation is not None)
     missing = np.isnan(flat)
     ends = pairs_along(w, axis, missing[stride:] != missing[:-stride])
     first = pairs_along(w, axis, some)
@@ -72,16 +72,16 @@ def _torn(w: Image, frame: IdealFrame, axis: int) -> tuple[Indices, Indices]:
     return first, first + stride
 
 
-def _calm(step: Image, flat: Image, shape: tuple[int, int], axis: int, segmented: bool) -> NDArray[np.bool_]:
+def calm(step: Image, flat: Image, shape: tuple[int, int], axis: int, segmented: bool) -> NDArray[np.bool_]:
     """(n,) steps that go on as one beside them does, by the least that may count: whole images, so that few are left
     for a closer look. None at the rim, and none beside what is missing."""
     stride = 1 if axis == 1 else shape[1]
     limit = np.maximum(flat[:-stride], flat[stride:]) * np.float32(0.999 * JUMP * (BETWEEN if segmented else 1.0))
     alike = np.abs(step[stride:] - step[:-stride])
-    calm = np.zeros(len(step), bool)
-    calm[stride:-stride] = np.minimum(alike[:-stride], alike[stride:]) <= limit[stride:-stride]
+    goes_on = np.zeros(len(step), bool)
+    goes_on[stride:-stride] = np.minimum(alike[:-stride], alike[stride:]) <= limit[stride:-stride]
     full = np.zeros(len(flat), bool)
-    full[: len(step)] = calm
+    full[: len(step)] = goes_on
     image = full.reshape(shape)
     for rim in (np.s_[:1], np.s_[-2:]):
         image[rim if axis == 0 else (slice(None), rim)] = False

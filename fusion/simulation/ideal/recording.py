@@ -28,24 +28,19 @@ from fusion.simulation.rendering.light_level import with_light_level
 
 @dataclass(frozen=True)
 class Further:
-    """What is given beside the depth; None where it is not.
+    """What is given beside the depth; None where it is not."""
 
-    Attributes:
-        normals, segmentation: images.
-        reflectance: images, or one for all.
-        table: reflectance of each label of the segmentation; empty: not given.
-        from_ir: the recording's IR images tell the reflectance: they are those of a lamp at the camera, without noise
-            and loss, of 1000 counts for a white surface at 1 m, as `fusion simulate` without a sensor makes them.
-        depth: images of it, finer than the recording's counts.
-        rows, columns, lit: images of depth between the pixels and of a shadow pass, as in `IdealFrame`.
-    """
-
+    # normals, segmentation: images
     normals: Channel | None = None
     segmentation: Channel | None = None
-    reflectance: Channel | float | None = None
+    reflectance: Channel | float | None = None  # images, or one for all
+    # reflectance of each label of the segmentation; empty: not given
     table: dict[int, float] = field(default_factory=dict)
+    # the recording's IR images tell the reflectance: they are those of a lamp at the camera, without noise and loss, of
+    # 1000 counts for a white surface at 1 m, as `fusion simulate` without a sensor makes them
     from_ir: bool = False
-    depth: Channel | None = None
+    depth: Channel | None = None  # images of it, finer than the recording's counts
+    # rows, columns, lit: images of depth between the pixels and of a shadow pass, as in `IdealFrame`
     rows: Channel | None = None
     columns: Channel | None = None
     lit: Channel | None = None
@@ -105,7 +100,8 @@ def fill_sensed(
     if first is None:
         raise RecordingError("the recording is empty", recording.path, "no frame", "one or more")
     scene = copy_scene_mesh(recording, folder)
-    sensed = _colored(recording, each(_sensed(recording, further, sensor, seed), "sensing", len(recording)))
+    frames = sense_all(ideal_frames(recording, further), recording.camera, sensor, seed)
+    sensed = _colored(recording, each(frames, "sensing", len(recording)))
     camera = stated_by(recording.camera, sensor)
     fill_recording(folder, camera, sensed, recording.poses, recording.telemetry, scene)
     copy_color_apart(recording, folder)
@@ -114,10 +110,6 @@ def fill_sensed(
         unknown.insert(0, missed)
     _write_truth(folder / "truth", recording, sensor, seed, unknown)
     return unknown
-
-
-def _sensed(recording: Recording, further: Further, sensor: Sensor, seed: int) -> Iterator[Frame]:
-    return sense_all(ideal_frames(recording, further), recording.camera, sensor, seed)
 
 
 def _colored(recording: Recording, frames: Iterator[Frame]) -> Iterator[Frame]:

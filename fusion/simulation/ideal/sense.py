@@ -10,15 +10,13 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.geometry.camera import Camera
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Camera, Principle
 from fusion.recording.recording import Frame
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import Image
 from fusion.simulation.ideal.frame import IdealFrame, checked
 from fusion.simulation.ideal.view import view_of_ideal
-from fusion.simulation.rendering.infrared import infrared
-from fusion.simulation.rendering.light_level import with_light_level
+from fusion.simulation.rendering.light_level import infrared, with_light_level
 from fusion.simulation.simulate import FRAME, INFRARED, PLACEMENT, measured, unit_seed
 
 

@@ -19,17 +19,11 @@ WIDEST = 4  # [px] that two compared pixels may be apart, however roughly the de
 
 @dataclass(frozen=True)
 class Facing:
-    """How the pixels' surfaces lie to the camera.
+    """How the pixels' surfaces lie to the camera."""
 
-    Attributes:
-        incidence: (h, w) angle of ray and normal [rad].
-        cosine: (h, w) of it.
-        normals: (h, w, 3) unit normals, towards the camera; None where nobody asked.
-    """
-
-    incidence: Image
-    cosine: Image
-    normals: Image | None
+    incidence: Image  # (h, w) angle of ray and normal [rad]
+    cosine: Image  # (h, w) of it
+    normals: Image | None  # (h, w, 3) unit normals, towards the camera; None where nobody asked
 
 
 def facing_of(depth: Image, camera: Camera, rounding: float = 0.0, normals: bool = True) -> Facing:

@@ -50,19 +50,13 @@ class PreparedMesh:
 
 @dataclass(frozen=True)
 class Body:
-    """A mesh and where it stands.
+    """A mesh and where it stands."""
 
-    Attributes:
-        mesh: prepared once.
-        T_world_body: (4, 4).
-        twist: (6,) rotation [rad/s] and velocity at the world's origin [m/s], in the world frame; None: at rest.
-        turning: it stands on the turntable.
-    """
-
-    mesh: PreparedMesh
-    T_world_body: Array = field(default_factory=lambda: np.eye(4))
+    mesh: PreparedMesh  # prepared once
+    T_world_body: Array = field(default_factory=lambda: np.eye(4))  # (4, 4)
+    # (6,) rotation [rad/s] and velocity at the world's origin [m/s], in the world frame; None: at rest
     twist: Array | None = None
-    turning: bool = False
+    turning: bool = False  # it stands on the turntable
 
 
 @dataclass(frozen=True)

@@ -27,15 +27,10 @@ ROWS = 256  # points at once: 256 x 4800 sources are 5 MB an array
 
 @dataclass(frozen=True)
 class Bounce:
-    """How indirect light is computed.
+    """How indirect light is computed."""
 
-    Attributes:
-        cell_px: side of a patch [px]; the time grows with its inverse to the power of four.
-        shadows: things between two patches hold the light back.
-    """
-
-    cell_px: int = 12
-    shadows: bool = True
+    cell_px: int = 12  # side of a patch [px]; the time grows with its inverse to the power of four
+    shadows: bool = True  # things between two patches hold the light back
 
 
 @dataclass(frozen=True)

@@ -16,22 +16,15 @@ NEAR = 2e-4  # a surface this close to the pattern's plane carries it, as share 
 
 @dataclass(frozen=True)
 class Paint:
-    """A grey picture stretched over a rectangle.
+    """A grey picture stretched over a rectangle."""
 
-    Attributes:
-        picture: (rows, columns) uint8; 0 has the reflectance `black`, 255 `white`.
-        T_world_picture: (4, 4): origin in the top-left corner, x to the right, y down, z into the surface.
-        size_m: width and height [m].
-        black, white: reflectances in the infrared.
-        turns: it stands on the turntable.
-    """
-
-    picture: NDArray[np.uint8]
-    T_world_picture: Array
-    size_m: tuple[float, float]
+    picture: NDArray[np.uint8]  # (rows, columns) uint8; 0 has the reflectance `black`, 255 `white`
+    T_world_picture: Array  # (4, 4): origin in the top-left corner, x to the right, y down, z into the surface
+    size_m: tuple[float, float]  # width and height [m]
+    # black, white: reflectances in the infrared
     black: float = 0.05
     white: float = 0.85
-    turns: bool = False
+    turns: bool = False  # it stands on the turntable
 
     def __post_init__(self) -> None:
         if not (0 <= self.black <= 1 and 0 <= self.white <= 1):

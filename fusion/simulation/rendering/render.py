@@ -28,21 +28,15 @@ from fusion.simulation.rendering.shadow import lit_of
 
 @dataclass(frozen=True)
 class Channels:
-    """What a view holds beside depth, incidence and normals.
+    """What a view holds beside depth, incidence and normals."""
 
-    Attributes:
-        color: colour and reflectance.
-        edges: nearest depth edges.
-        lit: where the projector or lamp stands: x [m] in the camera frame, negative to the left of the camera
-            (Kinect v1: 0.075), 0 at the camera; None leaves the channel out.
-        motion: velocity, and what stands on the turntable.
-        indirect: how light of one bounce is computed; None leaves the channel out. Needs the reflectance.
-    """
-
-    color: bool = True
-    edges: bool = False
+    color: bool = True  # colour and reflectance
+    edges: bool = False  # nearest depth edges
+    # where the projector or lamp stands: x [m] in the camera frame, negative to the left of the camera (Kinect v1:
+    # 0.075), 0 at the camera; None leaves the channel out
     lit: float | None = None
-    motion: bool = False
+    motion: bool = False  # velocity, and what stands on the turntable
+    # how light of one bounce is computed; None leaves the channel out. Needs the reflectance.
     indirect: Bounce | None = None
 
 

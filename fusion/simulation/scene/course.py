@@ -16,19 +16,12 @@ FARTHEST = 1e5  # [m] single precision resolves 1 cm there
 
 @dataclass(frozen=True)
 class SimulatedCourse:
-    """Frames in time.
+    """Frames in time."""
 
-    Attributes:
-        timestamps: (n,) since the sensor was switched on [s].
-        T_world_camera: (n, 4, 4) true poses of the camera.
-        turntable: how the turning parts turn; None when nothing does.
-        continuous: camera and table move while a frame is taken; else they stop for each.
-    """
-
-    timestamps: NDArray[np.float64]
-    T_world_camera: Array
-    turntable: Turntable | None = None
-    continuous: bool = False
+    timestamps: NDArray[np.float64]  # (n,) since the sensor was switched on [s]
+    T_world_camera: Array  # (n, 4, 4) true poses of the camera
+    turntable: Turntable | None = None  # how the turning parts turn; None when nothing does
+    continuous: bool = False  # camera and table move while a frame is taken; else they stop for each
 
     def __post_init__(self) -> None:
         n = len(self.timestamps)

@@ -14,10 +14,9 @@ from fusion.mesh.files import read_mesh
 from fusion.mesh.mesh import Mesh
 from fusion.simulation.rendering.paint import Paint
 from fusion.simulation.scene.board import PaintedBoard, board_paint, board_plate
-from fusion.simulation.scene.fields import PartFields, Rgb
 from fusion.simulation.scene.scene import Part
 from fusion.simulation.scene.shapes import box
-from fusion.simulation.scene.source import SceneSource
+from fusion.simulation.scene.source import PartFields, Rgb, SceneSource
 
 GREY = (180.0, 180.0, 180.0)
 DICTIONARY = "DICT_5X5_100"  # of a ChArUco board that does not say which

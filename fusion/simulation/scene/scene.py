@@ -23,19 +23,12 @@ MOST_PIXELS = 20_000_000  # of a frame: beyond that, rendering takes gigabytes
 
 @dataclass(frozen=True)
 class Part:
-    """A surface.
+    """A surface."""
 
-    Attributes:
-        mesh: world frame (that of frame 0 where it turns) [m]; its colours are what a colour camera sees.
-        reflectance: in the infrared, one for all; None: the grey of the colours over 255.
-        turns: it stands on the turntable.
-        scanned: it belongs to what a scan should give.
-    """
-
-    mesh: Mesh
-    reflectance: float | None = None
-    turns: bool = False
-    scanned: bool = True
+    mesh: Mesh  # world frame (that of frame 0 where it turns) [m]; its colours are what a colour camera sees
+    reflectance: float | None = None  # in the infrared, one for all; None: the grey of the colours over 255
+    turns: bool = False  # it stands on the turntable
+    scanned: bool = True  # it belongs to what a scan should give
 
     def __post_init__(self) -> None:
         if self.reflectance is not None and not 0 <= self.reflectance <= 1:
@@ -44,14 +37,10 @@ class Part:
 
 @dataclass(frozen=True)
 class StatedPoses:
-    """How well the poses in the recording are known.
+    """How well the poses in the recording are known."""
 
-    Attributes:
-        source: "surveyed", "tracked" or "nominal" (as the turntable reports).
-        sigma_m, sigma_rad: standard deviation per axis of one error that all poses of the recording share.
-    """
-
-    source: str = "surveyed"
+    source: str = "surveyed"  # "surveyed", "tracked" or "nominal" (as the turntable reports)
+    # sigma_m, sigma_rad: standard deviation per axis of one error that all poses of the recording share
     sigma_m: float = 0.0
     sigma_rad: float = 0.0
 
@@ -64,35 +53,23 @@ class StatedPoses:
 
 @dataclass(frozen=True)
 class Scene:
-    """What stands where, and how it is looked at.
+    """What stands where, and how it is looked at."""
 
-    Attributes:
-        name: for people.
-        parts: surfaces.
-        course: where the camera stands at each frame, and how the table turns.
-        camera: as it is stated; None: the usual one of the sensor.
-        paints: fine patterns on flat surfaces.
-        poses: how the recording states the poses; None: not at all.
-        ambient_lux: light that is not the sensor's own.
-        telemetry: further columns of `telemetry.csv`, each (frames,).
-        color: colour images are made.
-        infrared: infrared images are made even by a sensor that does not give them along with depth.
-        board: where the scene is for calibration.
-        edge_lost, edge_mixed: shares of the pixels at depth edges that have no value, and that have a value
-            between both surfaces, beside what the sensor's effects do.
-    """
-
-    name: str
-    parts: tuple[Part, ...]
-    course: SimulatedCourse
-    camera: Camera | None = None
-    paints: tuple[Paint, ...] = ()
+    name: str  # for people
+    parts: tuple[Part, ...]  # surfaces
+    course: SimulatedCourse  # where the camera stands at each frame, and how the table turns
+    camera: Camera | None = None  # as it is stated; None: the usual one of the sensor
+    paints: tuple[Paint, ...] = ()  # fine patterns on flat surfaces
+    # how the recording states the poses; None: not at all
     poses: StatedPoses | None = field(default_factory=StatedPoses)
-    ambient_lux: float = 0.0
+    ambient_lux: float = 0.0  # light that is not the sensor's own
+    # further columns of `telemetry.csv`, each (frames,)
     telemetry: dict[str, NDArray[np.float64]] = field(default_factory=dict)
-    color: bool = False
-    infrared: bool = False
-    board: Board | None = None
+    color: bool = False  # colour images are made
+    infrared: bool = False  # infrared images are made even by a sensor that does not give them along with depth
+    board: Board | None = None  # where the scene is for calibration
+    # edge_lost, edge_mixed: shares of the pixels at depth edges that have no value, and that have a value between both
+    # surfaces, beside what the sensor's effects do
     edge_lost: float = 0.0
     edge_mixed: float = 0.0
 

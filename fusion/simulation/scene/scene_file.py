@@ -18,10 +18,9 @@ from fusion.recording.native.scene_file import CourseFields, TableFields
 from fusion.recording.native.telemetry_file import read_telemetry
 from fusion.recording.native.trajectory_file import read_trajectory
 from fusion.simulation.scene.course import SimulatedCourse, standing, turning
-from fusion.simulation.scene.fields import SceneFile
 from fusion.simulation.scene.parts import read_parts
 from fusion.simulation.scene.scene import Scene, StatedPoses
-from fusion.simulation.scene.source import SceneSource
+from fusion.simulation.scene.source import SceneFile, SceneSource
 from fusion.simulation.scene.turntable import Turntable, TurntableErrors
 
 

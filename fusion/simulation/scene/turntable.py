@@ -18,21 +18,13 @@ PHASE = Quantity("phase of the wobble", "wobble_phase_deg", "deg", 0.0, 3600.0, 
 
 @dataclass(frozen=True)
 class TurntableErrors:
-    """How the table differs from what it reports.
+    """How the table differs from what it reports."""
 
-    Attributes:
-        uneven_sd_deg: standard deviation of each step [deg]; steps add up.
-        slip_frame: first frame after a slip; None for no slip.
-        slip_deg: how far the object slips, in the direction of turning [deg].
-        wobble_deg: amplitude of the rocking of the axis, once a turn [deg].
-        wobble_phase_deg: turn angle at which the axis passes its mean position [deg].
-    """
-
-    uneven_sd_deg: float = 0.0
-    slip_frame: int | None = None
-    slip_deg: float = 0.0
-    wobble_deg: float = 0.0
-    wobble_phase_deg: float = 0.0
+    uneven_sd_deg: float = 0.0  # standard deviation of each step [deg]; steps add up
+    slip_frame: int | None = None  # first frame after a slip; None for no slip
+    slip_deg: float = 0.0  # how far the object slips, in the direction of turning [deg]
+    wobble_deg: float = 0.0  # amplitude of the rocking of the axis, once a turn [deg]
+    wobble_phase_deg: float = 0.0  # turn angle at which the axis passes its mean position [deg]
 
     def __post_init__(self) -> None:
         UNEVEN.check(self.uneven_sd_deg)
@@ -43,21 +35,13 @@ class TurntableErrors:
 
 @dataclass(frozen=True)
 class Turntable:
-    """An axis in the world and equal steps about it.
+    """An axis in the world and equal steps about it."""
 
-    Attributes:
-        axis_point: a point of the axis [m].
-        axis_direction: out of the plate; need not be a unit vector.
-        degrees_per_frame: right-handed about the direction; negative turns the other way.
-        frames: number of frames, the first at angle 0.
-        errors: what the table does not report.
-    """
-
-    axis_point: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    axis_direction: tuple[float, float, float] = (0.0, 0.0, 1.0)
-    degrees_per_frame: float = 6.0
-    frames: int = 60
-    errors: TurntableErrors = field(default_factory=TurntableErrors)
+    axis_point: tuple[float, float, float] = (0.0, 0.0, 0.0)  # a point of the axis [m]
+    axis_direction: tuple[float, float, float] = (0.0, 0.0, 1.0)  # out of the plate; need not be a unit vector
+    degrees_per_frame: float = 6.0  # right-handed about the direction; negative turns the other way
+    frames: int = 60  # number of frames, the first at angle 0
+    errors: TurntableErrors = field(default_factory=TurntableErrors)  # what the table does not report
 
     def __post_init__(self) -> None:
         if self.frames < 1:

@@ -9,15 +9,11 @@ import numpy as np
 from fusion.errors import FusionError, SceneError
 from fusion.simulation.scene.scene import Scene
 from fusion.simulation.scenes.boards import charuco, checkerboard
-from fusion.simulation.scenes.corner import corner
-from fusion.simulation.scenes.near_card import near_card
+from fusion.simulation.scenes.panel import corner, near_card, step, wall, warm_up
 from fusion.simulation.scenes.patches import patches
 from fusion.simulation.scenes.room import room
-from fusion.simulation.scenes.step import step
 from fusion.simulation.scenes.target import target
 from fusion.simulation.scenes.turntable import turntable
-from fusion.simulation.scenes.wall import wall
-from fusion.simulation.scenes.warm_up import warm_up
 
 SCENES: dict[str, Callable[..., Scene]] = {
     "wall": wall,

@@ -1,4 +1,4 @@
-"""Flat things to build scenes from: one rectangle, one reflectance."""
+"""Scenes of flat things, and what they are built from: one rectangle, one reflectance."""
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -6,8 +6,8 @@ from numpy.typing import ArrayLike
 from fusion.errors import SceneError
 from fusion.geometry.pose import Array
 from fusion.mesh.mesh import Mesh
-from fusion.simulation.scene.course import looking_at
-from fusion.simulation.scene.scene import Part
+from fusion.simulation.scene.course import looking_at, stamps, standing
+from fusion.simulation.scene.scene import Part, Scene, StatedPoses
 
 SURVEY_M, SURVEY_RAD = 0.0005, 0.0005  # guess: a good total station and a careful mount
 WARM_S = 3600.0  # [s] since switch-on: a depth camera is warm after 40 to 50 minutes
@@ -33,3 +33,117 @@ def before(distance: float, tilt_deg: float = 0.0) -> Array:
         raise SceneError("the tilt cannot be used", found=tilt_deg, expected="less than 90 degrees")
     tilt = np.deg2rad(tilt_deg)
     return looking_at(distance * np.array([np.cos(tilt), np.sin(tilt), 0.0]), np.zeros(3))
+
+
+def wall(
+    distance_m: tuple[float, ...] = (1.0,),
+    tilt_deg: tuple[float, ...] = (0.0,),
+    reflectance: float = 0.8,
+    frames: int = 10,
+    ambient_lux: float = 300.0,
+    sigma_m: float = SURVEY_M,
+    sigma_rad: float = SURVEY_RAD,
+) -> Scene:
+    """a flat wall; each distance (along the optical axis) at each tilt for some frames"""
+    placements = [(d, t) for t in tilt_deg for d in distance_m]
+    course = standing([before(d, t) for d, t in placements], frames, start_s=WARM_S)
+    return Scene(
+        name="wall",
+        parts=(upright((-20.0, 20.0), (-10.0, 10.0), 0.0, reflectance),),
+        course=course,
+        poses=StatedPoses("surveyed", sigma_m, sigma_rad),
+        ambient_lux=ambient_lux,
+        telemetry={"distance_m": np.repeat([float(d) for d, _ in placements], frames)},
+    )
+
+
+def step(
+    distance_m: float = 1.0,
+    step_m: float = 0.3,
+    slant_deg: float = 5.0,
+    near_reflectance: float = 0.8,
+    far_reflectance: float = 0.8,
+    frames: int = 10,
+) -> Scene:
+    """a near plate before a wall, its edge slanted: edge blur, mixed pixels, shadow"""
+    lean = np.tan(np.deg2rad(slant_deg))
+    # the plate covers the camera's left half: +y of the world is to its right
+    near = panel([(step_m, -4, -3), (step_m, -3 * lean, -3), (step_m, 3 * lean, 3), (step_m, -4, 3)], near_reflectance)
+    return Scene(
+        name="step",
+        parts=(near, upright((-20.0, 20.0), (-10.0, 10.0), 0.0, far_reflectance)),
+        course=standing([before(distance_m + step_m)], frames, start_s=WARM_S),
+        poses=StatedPoses("surveyed", SURVEY_M, SURVEY_RAD),
+        ambient_lux=300.0,
+    )
+
+
+BLACK = 0.03  # black velvet or foil
+
+
+def corner(
+    distance_m: float = 1.5,
+    angle_deg: float = 90.0,
+    reflectance: float = 0.8,
+    black: bool = False,
+    frames: int = 10,
+) -> Scene:
+    """two walls that meet in a vertical line, seen along their bisector; black=yes darkens the second"""
+    half = np.deg2rad(angle_deg) / 2
+    ends = 3.0 * np.array([[np.cos(half), np.sin(half)], [np.cos(half), -np.sin(half)]])
+    walls = []
+    for (x, y), value in zip(ends, (reflectance, BLACK if black else reflectance), strict=True):
+        corners = [(x, y, -1.5), (0, 0, -1.5), (0, 0, 1.5), (x, y, 1.5)]
+        walls.append(panel(corners if y > 0 else corners[::-1], value))
+    return Scene(
+        name="corner",
+        parts=tuple(walls),
+        course=standing([looking_at(np.array([distance_m, 0.0, 0.0]), np.zeros(3))], frames, start_s=WARM_S),
+        poses=StatedPoses("surveyed", SURVEY_M, SURVEY_RAD),
+        ambient_lux=300.0,
+    )
+
+
+def near_card(
+    card: bool = True,
+    distance_m: float = 2.0,
+    card_distance_m: float = 0.4,
+    reflectance: float = 0.3,
+    card_reflectance: float = 0.9,
+    frames: int = 10,
+) -> Scene:
+    """a wall, and a bright card near the camera (card=no: the same recording without it)"""
+    parts = [upright((-20.0, 20.0), (-10.0, 10.0), 0.0, reflectance)]
+    if card:
+        x = distance_m - card_distance_m
+        # the left fifth of a picture of 60 degrees
+        left, right = np.array([-0.9, -0.28]) * card_distance_m
+        parts.append(upright((left, right), (-0.3 * card_distance_m, 0.3 * card_distance_m), x, card_reflectance))
+    return Scene(
+        name="near-card" if card else "near-card, without the card",
+        parts=tuple(parts),
+        course=standing([before(distance_m)], frames, start_s=WARM_S),
+        poses=StatedPoses("surveyed", SURVEY_M, SURVEY_RAD),
+        ambient_lux=300.0,
+    )
+
+
+ROOM_C, RISE_C, RISE_S = 23.0, 9.0, 900.0  # guess: a closed camera of 5 to 15 W
+
+
+def warm_up(
+    distance_m: float = 1.2, frames: int = 20, minutes: float = 50.0, start_s: float = 60.0, reflectance: float = 0.7
+) -> Scene:
+    """a plate before a wall, few frames over a long time from switch-on, with the temperature"""
+    frame_s = 60.0 * minutes / max(frames - 1, 1)
+    times = stamps(frames, frame_s, start_s)
+    warming = np.exp(-times / RISE_S)
+    near = upright((-0.35, 0.05), (-0.25, 0.2), 0.35, reflectance)
+    return Scene(
+        name="warm-up",
+        parts=(upright((-20.0, 20.0), (-10.0, 10.0), 0.0, reflectance), near),
+        course=standing([before(distance_m)], frames, frame_s, start_s),
+        poses=StatedPoses("surveyed", SURVEY_M, SURVEY_RAD),
+        ambient_lux=300.0,
+        telemetry={"temperature_c": ROOM_C + RISE_C * (1 - warming)},
+    )

@@ -17,36 +17,22 @@ KNOWN = 0.002, 0.998  # shares of the looks: beyond what these are lit like, a p
 
 @dataclass(frozen=True)
 class SampledView:
-    """What one view shows of sample points.
+    """What one view shows of sample points."""
 
-    Attributes:
-        source: which camera took it: light stands still before that.
-        index: (k,) the points, each once.
-        facing: these before the camera.
-        weight: (k,) above 0.
-        low: (k, 3) coarse colour [counts].
-        fine: (k,) size of what is fine [counts].
-    """
-
-    source: int
-    index: NDArray[np.int64]
-    facing: Facings
-    weight: NDArray[np.float32]
-    low: NDArray[np.float32]
-    fine: NDArray[np.float32]
+    source: int  # which camera took it: light stands still before that
+    index: NDArray[np.int64]  # (k,) the points, each once
+    facing: Facings  # these before the camera
+    weight: NDArray[np.float32]  # (k,) above 0
+    low: NDArray[np.float32]  # (k, 3) coarse colour [counts]
+    fine: NDArray[np.float32]  # (k,) size of what is fine [counts]
 
 
 @dataclass(frozen=True)
 class Exposed:
-    """What brightness is made of besides paint.
+    """What brightness is made of besides paint."""
 
-    Attributes:
-        views: (views, 3) logarithm of each view's exposure; 0 on average.
-        lights: before each camera, in the order of `source`.
-    """
-
-    views: Array
-    lights: list[Lighting]
+    views: Array  # (views, 3) logarithm of each view's exposure; 0 on average
+    lights: list[Lighting]  # before each camera, in the order of `source`
 
 
 def exposed(looks: list[SampledView], points: int) -> Exposed:

@@ -18,21 +18,15 @@ LITTLE = 1e-3  # of trust is left to each view: where all disagree, the best one
 
 @dataclass(frozen=True)
 class Levels:
-    """How views compare.
+    """How views compare."""
 
-    Attributes:
-        gain: (views, 3) what a view's colours are multiplied with to be exposed as all are, at most 2.
-        source: (views,) which camera took each.
-        lights: before each camera.
-        sharp: (views,) how much of the fine a view shows, beside the others at the same places; 0.25 to 1.
-        trust: (views, points) 0 to 1; 1 where a view does not see a point.
-    """
-
+    # (views, 3) what a view's colours are multiplied with to be exposed as all are, at most 2
     gain: NDArray[np.float32]
-    source: list[int]
-    lights: list[Lighting]
+    source: list[int]  # (views,) which camera took each
+    lights: list[Lighting]  # before each camera
+    # (views,) how much of the fine a view shows, beside the others at the same places; 0.25 to 1
     sharp: NDArray[np.float32]
-    trust: NDArray[np.float32]
+    trust: NDArray[np.float32]  # (views, points) 0 to 1; 1 where a view does not see a point
 
     def even(self, view: int, facing: Facings) -> NDArray[np.float32]:
         """(k, 3) what a view's colours are multiplied with at parts of the surface."""

@@ -20,15 +20,10 @@ TERMS = 4 * 9  # 1 and the place, times 1 and what is linear and quadratic in th
 
 @dataclass(frozen=True)
 class Facings:
-    """Where parts of a surface are before a camera, in its frame.
+    """Where parts of a surface are before a camera, in its frame."""
 
-    Attributes:
-        points: (k, 3) [m].
-        normals: (k, 3).
-    """
-
-    points: NDArray[np.float32]
-    normals: NDArray[np.float32]
+    points: NDArray[np.float32]  # (k, 3) [m]
+    normals: NDArray[np.float32]  # (k, 3)
 
     @staticmethod
     def of(surface: RayMesh, index: NDArray[np.int64], T_world_camera: Array) -> "Facings":
@@ -39,18 +34,13 @@ class Facings:
 
 @dataclass(frozen=True)
 class Lighting:
-    """Light that stands still before a camera.
+    """Light that stands still before a camera."""
 
-    Attributes:
-        centre, size: of what it falls on, in the camera's frame (3,) [m], [m].
-        numbers: (TERMS, 3) of the logarithm of each channel.
-        known: (2, 3) the least and the most that images show of it.
-    """
-
+    # centre, size: of what it falls on, in the camera's frame (3,) [m], [m]
     centre: Array
     size: float
-    numbers: Array
-    known: Array
+    numbers: Array  # (TERMS, 3) of the logarithm of each channel
+    known: Array  # (2, 3) the least and the most that images show of it
 
     def brighter(self, factor: float) -> "Lighting":
         """The same light, some times as bright."""

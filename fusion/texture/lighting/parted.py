@@ -20,37 +20,24 @@ FINEST = 1e-3  # what is left over is no less
 
 @dataclass(frozen=True)
 class Seen:
-    """What views show of points, one entry for each point in each view.
+    """What views show of points, one entry for each point in each view."""
 
-    Attributes:
-        view, point: (n,) which.
-        weight: (n,) above 0.
-        values: (n, c).
-        terms: (n, t) what may be in the values besides.
-    """
-
+    # view, point: (n,) which
     view: NDArray[np.int64]
     point: NDArray[np.int64]
-    weight: NDArray[np.float64]
-    values: Array
-    terms: Array
+    weight: NDArray[np.float64]  # (n,) above 0
+    values: Array  # (n, c)
+    terms: Array  # (n, t) what may be in the values besides
 
 
 @dataclass(frozen=True)
 class Parted:
-    """Values as a sum.
+    """Values as a sum."""
 
-    Attributes:
-        views: (views, c) of each view; 0 on average.
-        terms: (t, c) what each term is multiplied with.
-        left: what is left over, rms.
-        independent: how many of the entries err each for itself.
-    """
-
-    views: Array
-    terms: Array
-    left: float
-    independent: int
+    views: Array  # (views, c) of each view; 0 on average
+    terms: Array  # (t, c) what each term is multiplied with
+    left: float  # what is left over, rms
+    independent: int  # how many of the entries err each for itself
 
     def pays(self, plain: "Parted") -> bool:
         """Whether its terms explain more than they would by chance (Schwarz's criterion), beside a sum without them."""

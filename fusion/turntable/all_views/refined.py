@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Principle
 from fusion.turntable.all_views.camera_fit import DEPTH_ERRORS, WORTH, believed, fit_camera, misfit
 from fusion.turntable.all_views.log import of_its_sign
 from fusion.turntable.all_views.loop import COARSE_POINTS, Loop, LoopSettings, choose_edges, close_loop

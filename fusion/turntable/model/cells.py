@@ -10,9 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fusion.compute.arrays import F32_2, F64, F64_2, F64_3, I32, I32_2
 from fusion.compute.choice import either
-from fusion.compute.language import func, kernel, ti
+from fusion.compute.language import F32_2, F64, F64_2, F64_3, I32, I32_2, func, kernel, ti
 from fusion.compute.shares import SPLIT
 from fusion.turntable.model.meeting import ANGLE, HEIGHT, RESIDUAL, SHARED, SIGMA, SPOILT
 

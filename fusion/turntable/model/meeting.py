@@ -1,8 +1,7 @@
 # mypy: ignore-errors
 """Where the rays of all frames meet the model, and what each says there, in one Taichi kernel."""
 
-from fusion.compute.arrays import F32, F32_2, I32
-from fusion.compute.language import kernel, ti
+from fusion.compute.language import F32, F32_2, I32, kernel, ti
 from fusion.turntable.pairs.edge_pairs import ERRORS, depth_terms
 from fusion.volume.hashing import lookup
 from fusion.volume.sample import SampledField, blend, corners, slope

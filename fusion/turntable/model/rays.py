@@ -6,8 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.compute.arrays import F32_2, F64_2, U8_2
-from fusion.compute.language import kernel, ti
+from fusion.compute.language import F32_2, F64_2, U8_2, kernel, ti
 from fusion.compute.start import start
 from fusion.geometry.depth import PointMap
 from fusion.turntable.selfcheck import SelfCheck

@@ -3,8 +3,7 @@
 
 from typing import NamedTuple
 
-from fusion.compute.arrays import F32, F32_2, F32_3, F64, F64_2, F64_3, I32, I32_2
-from fusion.compute.language import func, kernel, ti
+from fusion.compute.language import F32, F32_2, F32_3, F64, F64_2, F64_3, I32, I32_2, func, kernel, ti
 from fusion.compute.shares import SPLIT
 from fusion.geometry.lanes import project
 from fusion.geometry.robust import CUT

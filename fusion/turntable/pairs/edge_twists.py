@@ -1,8 +1,7 @@
 # mypy: ignore-errors
 """Pairs of views in any pose: what shape and print say about a small motion of one against the other, on Taichi."""
 
-from fusion.compute.arrays import F32, F32_3, F64_2
-from fusion.compute.language import func, kernel, ti
+from fusion.compute.language import F32, F32_3, F64_2, func, kernel, ti
 from fusion.compute.shares import SPLIT
 from fusion.geometry.lanes import project
 from fusion.turntable.pairs.edge_pairs import PairedViews

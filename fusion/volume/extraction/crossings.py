@@ -1,8 +1,7 @@
 # mypy: ignore-errors
 """Where the surface passes between voxels: a row of eight along z is eight bits, so most rows cost a few steps."""
 
-from fusion.compute.arrays import F32, I32, I32_2
-from fusion.compute.language import func, kernel, ti
+from fusion.compute.language import F32, I32, I32_2, func, kernel, ti
 from fusion.geometry.lanes import LANES, eight
 from fusion.volume.sample import place
 from fusion.volume.settings import BLOCK

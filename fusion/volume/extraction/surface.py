@@ -7,9 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.compute.arrays import F32, F32_2, F32_3, F64_2, I32, I32_2, U8_2
 from fusion.compute.choice import either
-from fusion.compute.language import func, kernel, ti
+from fusion.compute.language import F32, F32_2, F32_3, F64_2, I32, I32_2, U8_2, func, kernel, ti
 from fusion.mesh.mesh import Mesh
 from fusion.volume.blocks import Blocks
 from fusion.volume.extraction import cubes
@@ -44,17 +43,12 @@ class CaseTable(NamedTuple):
 
 @dataclass(frozen=True)
 class Extracted:
-    """A surface and where in the blocks each of its elements comes from; b is the number of blocks.
+    """A surface and where in the blocks each of its elements comes from; b is the number of blocks."""
 
-    Attributes:
-        mesh: (n) vertices and (m) faces.
-        crossed: (b * 64,) of each row of voxels the edges that hold a vertex, a bit each: 8 * axis + place in the row.
-        triangles: (b * 64,) how many triangles the cells of each row hold.
-    """
-
-    mesh: Mesh
+    mesh: Mesh  # (n) vertices and (m) faces
+    # (b * 64,) of each row of voxels the edges that hold a vertex, a bit each: 8 * axis + place in the row
     crossed: NDArray[np.int32]
-    triangles: NDArray[np.int32]
+    triangles: NDArray[np.int32]  # (b * 64,) how many triangles the cells of each row hold
 
     def edges(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
         """Of each vertex (n,): block, place of its edge's first voxel in it (0 to 511), axis of the edge; and of each

@@ -7,9 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.compute.arrays import F32, F32_2, F32_3, I32
 from fusion.compute.choice import either
-from fusion.compute.language import func, kernel, ti
+from fusion.compute.language import F32, F32_2, F32_3, I32, func, kernel, ti
 from fusion.geometry.camera import Camera
 from fusion.geometry.lanes import bounded, eight, high, low, put
 from fusion.geometry.pose import Array

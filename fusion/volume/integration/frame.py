@@ -20,30 +20,19 @@ Flat = NDArray[np.float32]
 
 
 class FrameImages(NamedTuple):
-    """A frame as it is fused.
+    """A frame as it is fused."""
 
-    Attributes:
-        depth: (h, w) [m], anything not finite and positive is missing.
-        weight: (h, w), no positive one is missing too; None for 1.
-        color: (h, w, 3), or None.
-    """
-
-    depth: Flat
-    weight: Flat | None
-    color: NDArray[np.uint8] | None
+    depth: Flat  # (h, w) [m], anything not finite and positive is missing
+    weight: Flat | None  # (h, w), no positive one is missing too; None for 1
+    color: NDArray[np.uint8] | None  # (h, w, 3), or None
 
 
 @dataclass(frozen=True)
 class Layout:
-    """Pixel (v, u) is entry (v + PAD) * stride + u of every flat image.
+    """Pixel (v, u) is entry (v + PAD) * stride + u of every flat image."""
 
-    Attributes:
-        stride: entries per row, a multiple of STRIP.
-        rows: whole cells of rows, and the padding.
-    """
-
-    stride: int
-    rows: int
+    stride: int  # entries per row, a multiple of STRIP
+    rows: int  # whole cells of rows, and the padding
 
     def flat(self) -> Flat:
         """An image of zeros."""
@@ -52,48 +41,35 @@ class Layout:
 
 @dataclass(frozen=True)
 class Geometry:
-    """What is known of a camera's images before anything is measured; read only.
+    """What is known of a camera's images before anything is measured; read only."""
 
-    Attributes:
-        layout: of the flat images.
-        x, y: flat, x/z and y/z of every pixel.
-        bend: flat, four images one after the other for a lens with distortion: slopes along x/z and y/z are
-            a * bend[0] + b * bend[1] and a * bend[2] + b * bend[3] of slopes a, b along u, v; else one value.
-        margin: the largest step of x or y from one pixel's centre to its border.
-        cells: (4, rows / CELL, stride / CELL) x/z and y/z of the middle of each cell, and from there to its borders.
-    """
-
-    layout: Layout
+    layout: Layout  # of the flat images
+    # x, y: flat, x/z and y/z of every pixel
     x: Flat
     y: Flat
+    # flat, four images one after the other for a lens with distortion: slopes along x/z and y/z are a * bend[0] + b *
+    # bend[1] and a * bend[2] + b * bend[3] of slopes a, b along u, v; else one value
     bend: Flat
-    margin: float
-    cells: Flat
+    margin: float  # the largest step of x or y from one pixel's centre to its border
+    cells: Flat  # (4, rows / CELL, stride / CELL) x/z and y/z of the middle of each cell, and from there to its borders
 
 
 @dataclass(frozen=True)
 class Work:
-    """What the passes over one frame hand to each other, and what they leave for the next one.
+    """What the passes over one frame hand to each other, and what they leave for the next one."""
 
-    Attributes:
-        geometry: of the camera.
-        inverse: flat, one over depth, 0 where missing [1/m].
-        weight: flat, the weight of each pixel, where there is any.
-        level, slopes, scales: flat, the plane at every pixel, see `planes`.
-        shifted: the same three, from the pixel before the first one on, one row up and eight to the left.
-        filled: for each strip of a row of cells, 1 where anything is measured, and 2 more where planes stand.
-        farthest: (rows / CELL, stride / CELL) the largest depth of each cell, 0 for none [m].
-    """
-
-    geometry: Geometry
-    inverse: Flat
-    weight: Flat
+    geometry: Geometry  # of the camera
+    inverse: Flat  # flat, one over depth, 0 where missing [1/m]
+    weight: Flat  # flat, the weight of each pixel, where there is any
+    # level, slopes, scales: flat, the plane at every pixel, see `planes`
     level: Flat
     slopes: NDArray[np.int32]
     scales: NDArray[np.int32]
+    # the same three, from the pixel before the first one on, one row up and eight to the left
     shifted: tuple[Flat, NDArray[np.int32], NDArray[np.int32]]
+    # for each strip of a row of cells, 1 where anything is measured, and 2 more where planes stand
     filled: NDArray[np.int32]
-    farthest: NDArray[np.float32]
+    farthest: NDArray[np.float32]  # (rows / CELL, stride / CELL) the largest depth of each cell, 0 for none [m]
 
 
 @lru_cache(maxsize=4)

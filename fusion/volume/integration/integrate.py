@@ -12,9 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fusion.compute.arrays import F32, F32_2, F32_3, I32, I32_2, U8_3
 from fusion.compute.choice import either
-from fusion.compute.language import func, kernel, ti
+from fusion.compute.language import F32, F32_2, F32_3, I32, I32_2, U8_3, func, kernel, ti
 from fusion.geometry.camera import Camera
 from fusion.geometry.lanes import eight, high, low
 from fusion.geometry.pose import Array, inverse

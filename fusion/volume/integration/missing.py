@@ -3,8 +3,7 @@
 
 from typing import NamedTuple
 
-from fusion.compute.arrays import I32, I64
-from fusion.compute.language import func, ti
+from fusion.compute.language import I32, I64, func, ti
 from fusion.volume.hashing import lookup, pack
 
 FILTER = 1 << 12  # entries of the table that keeps most doublets out of the list of missing blocks

@@ -11,8 +11,7 @@ Slopes and scales are pairs in one number, each kept to one part in 256: half as
 
 from typing import NamedTuple
 
-from fusion.compute.arrays import F32, I32
-from fusion.compute.language import func, kernel, ti
+from fusion.compute.language import F32, I32, func, kernel, ti
 from fusion.geometry.lanes import bounded, eight, high, low, put
 from fusion.volume.integration.frame import CELL, NOWHERE, PAD, STRIP
 

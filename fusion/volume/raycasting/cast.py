@@ -3,8 +3,7 @@
 
 from typing import NamedTuple
 
-from fusion.compute.arrays import F32_2, F32_3, I32
-from fusion.compute.language import func, kernel, ti
+from fusion.compute.language import F32_2, F32_3, I32, func, kernel, ti
 from fusion.compute.shares import Deal, after, share
 from fusion.volume.lens import Eye
 from fusion.volume.raycasting.close import close

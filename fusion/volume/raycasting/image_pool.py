@@ -13,19 +13,14 @@ MOST = 6  # kept, of all sizes together
 
 @dataclass(frozen=True)
 class PooledImages:
-    """What a raycast fills in.
+    """What a raycast fills in."""
 
-    Attributes:
-        depth: (h, w) float32.
-        points, normals: (3 h w,) float32.
-        used: (h * pieces of a row,) int32, 0 where a piece of the three images is NaN.
-        given: the arrays that the images were handed out as, as long as anyone holds them.
-    """
-
-    depth: NDArray[np.float32]
+    depth: NDArray[np.float32]  # (h, w) float32
+    # points, normals: (3 h w,) float32
     points: NDArray[np.float32]
     normals: NDArray[np.float32]
-    used: NDArray[np.int32]
+    used: NDArray[np.int32]  # (h * pieces of a row,) int32, 0 where a piece of the three images is NaN
+    # the arrays that the images were handed out as, as long as anyone holds them
     given: list[ref[NDArray[np.float32]]] = field(default_factory=list)
 
     def shown(self) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:

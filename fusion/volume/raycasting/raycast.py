@@ -20,19 +20,12 @@ from fusion.volume.raycasting.window import window
 
 @dataclass(frozen=True)
 class Raycast:
-    """The surface as a camera sees it, in the CAMERA frame; NaN where nothing was seen. Read only: copy what to change.
+    """The surface as a camera sees it, in its own frame; NaN where nothing was seen. Read only: copy what to change."""
 
-    Attributes:
-        depth: (h, w) float32, planar z [m].
-        points: (h, w, 3) float32 [m].
-        normals: (h, w, 3) float32 unit vectors towards the camera; NaN where nothing was hit.
-        colors: (h, w, 3) uint8, 0 where unknown; None for a volume without colour.
-    """
-
-    depth: NDArray[np.float32]
-    points: NDArray[np.float32]
-    normals: NDArray[np.float32]
-    colors: NDArray[np.uint8] | None = None
+    depth: NDArray[np.float32]  # (h, w) float32, planar z [m]
+    points: NDArray[np.float32]  # (h, w, 3) float32 [m]
+    normals: NDArray[np.float32]  # (h, w, 3) float32 unit vectors towards the camera; NaN where nothing was hit
+    colors: NDArray[np.uint8] | None = None  # (h, w, 3) uint8, 0 where unknown; None for a volume without colour
 
 
 @either

@@ -7,8 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.compute.arrays import F32, F32_2, F32_3, I32, U8_3
-from fusion.compute.language import func, kernel, ti
+from fusion.compute.language import F32, F32_2, F32_3, I32, U8_3, func, kernel, ti
 from fusion.compute.shares import Deal, after, share
 from fusion.geometry.camera import Camera
 from fusion.geometry.lanes import bounded

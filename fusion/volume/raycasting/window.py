@@ -8,8 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.compute.arrays import F32, F32_2, I32, I32_2, I64
-from fusion.compute.language import func, kernel, ti
+from fusion.compute.language import F32, F32_2, I32, I32_2, I64, func, kernel, ti
 from fusion.compute.shares import Deal, after, dealt, share
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, inverse
@@ -64,17 +63,13 @@ class RayField(NamedTuple):
 
 @dataclass(frozen=True)
 class Window:
-    """What rays share.
+    """What rays share."""
 
-    Attributes:
-        low, size: (3,) lowest block and number of blocks along each axis; sizes of 0 where blocks lie too far apart.
-        grid: flat table of block ids, -1 = none: several times faster than the hash.
-        first, last: (tiles down, tiles across) depths between which a tile's rays may end [m].
-    """
-
+    # low, size: (3,) lowest block and number of blocks along each axis; sizes of 0 where blocks lie too far apart
     low: NDArray[np.int32]
     size: NDArray[np.int32]
-    grid: NDArray[np.int32]
+    grid: NDArray[np.int32]  # flat table of block ids, -1 = none: several times faster than the hash
+    # first, last: (tiles down, tiles across) depths between which a tile's rays may end [m]
     first: NDArray[np.float32]
     last: NDArray[np.float32]
 

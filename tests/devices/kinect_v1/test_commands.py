@@ -10,11 +10,11 @@ import pytest
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from fake_usb import SERIAL, FakeDevice
 
-from fusion.devices.kinect_v1.clock import DeviceClock
 from fusion.devices.kinect_v1.commands import Commands
 from fusion.devices.kinect_v1.find import find_kinect, kinects
 from fusion.devices.kinect_v1.motor import Motor
 from fusion.devices.kinect_v1.registration import color_camera
+from fusion.devices.kinect_v1.streaming import DeviceClock
 from fusion.devices.kinect_v1.tables import read_tables, read_zero_plane
 from fusion.errors import DeviceError
 from fusion.recording.cameras.zero_plane import ZeroPlane

@@ -47,9 +47,8 @@ class TestPrincipalPoint:
         # the true ray of a pixel lies cx / fx farther to the right than stated
         view = wall("structured_light", (0.5, 0.0, -1.0))
         bias = PrincipalPoint(cx=3.0).bias(view.depth, view)
-        assert bias.min() > 0
-        x = CAMERA.rays()[24, 32, 0] + 3.0 / 60.0
-        assert view.depth[24, 32] + bias[24, 32] == pytest.approx(1.5 / (1 - 0.5 * x), abs=1e-6)  # single precision
+        x = CAMERA.rays()[..., 0] + 3.0 / 60.0
+        np.testing.assert_allclose(view.depth + bias, 1.5 / (1 - 0.5 * x), atol=2e-6)  # single precision
         below = PrincipalPoint(cy=3.0).bias(view.depth, view)
         assert np.abs(below).max() < 1e-6
 

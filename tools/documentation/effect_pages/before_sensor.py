@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Principle
 from fusion.sensor.effect import Effect
 from fusion.sensor.moment import Moment
 from fusion.sensor.view import Indirect, View

@@ -6,7 +6,7 @@ import sys
 from types import ModuleType
 from typing import Any
 
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Principle
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
 from fusion.sensor.parameter import Parameter, parameters, settings

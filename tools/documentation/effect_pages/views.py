@@ -5,8 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from fusion.geometry.camera import Camera
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Camera, Principle
 from fusion.sensor.moment import Moment
 from fusion.sensor.view import Edges, Image, View, incidence_of
 

@@ -22,8 +22,7 @@ from fusion.calibration.noise.laws.axial import AxialLaw
 from fusion.calibration.noise.poses import Pose, pose_of
 from fusion.calibration.noise.target_noise import measure_target
 from fusion.errors import FusionError
-from fusion.geometry.camera import Camera
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Camera, Principle
 from fusion.mesh.mesh import Mesh
 from fusion.sensor.effects.readout.lateral_noise import LateralNoise
 from fusion.sensor.presets import preset

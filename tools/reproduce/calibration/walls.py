@@ -25,8 +25,7 @@ from fusion.calibration.depth.maps.curve import POINTS
 from fusion.calibration.depth.walls.plane import WallPlane
 from fusion.calibration.depth.walls.wall import Means, Wall, wall_of
 from fusion.calibration.series import PixelSeries
-from fusion.geometry.camera import Camera
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Camera, Principle
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects.phase.cyclic_error import CyclicError
 from fusion.sensor.effects.readout.depth_offset import DepthOffset

@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.calibration.lens.boards.pictures import read_picture
-from fusion.geometry.camera import Camera
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Camera, Principle
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh
 from fusion.recording.recording import Frame

@@ -27,7 +27,7 @@ from fusion.reconstruction.result import Reconstruction
 from fusion.reconstruction.settings import ReconstructSettings
 from fusion.recording.open import open_recording
 from fusion.recording.recording import Recording
-from fusion.results.off_course import off_course
+from fusion.results.course import off_course
 
 Array = NDArray[np.float64]
 VOXEL = 3.0 / 512  # [m], what Open3D's examples use

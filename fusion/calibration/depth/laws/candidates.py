@@ -15,7 +15,7 @@ from fusion.calibration.depth.laws.terms import (
     triangulation_terms,
     wave_terms,
 )
-from fusion.geometry.principle import TRIANGULATING, Principle
+from fusion.geometry.camera import TRIANGULATING, Principle
 
 # periods of the wiggling [m], 2 % apart: c / 2f over a number of phase steps, for modulations of 16 to 160 MHz with
 # their second harmonics; between two of them a wave of 0.2 m shifts by a third of a radian over 2 m

@@ -7,8 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.calibration.depth.walls.samples import reach
-from fusion.geometry.camera import Camera
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Camera, Principle
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects.phase.amplitude_error import AmplitudeError
 from fusion.sensor.effects.phase.column_delay import ColumnDelay

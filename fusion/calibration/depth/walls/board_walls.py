@@ -17,8 +17,7 @@ from fusion.calibration.lens.boards.detect import ATTEMPTS, DetectorTry, FoundCo
 from fusion.calibration.lens.fit.solve import placed
 from fusion.calibration.lens.views import BoardView, view_of
 from fusion.errors import FusionError
-from fusion.geometry.camera import Camera
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Camera, Principle
 from fusion.progress import each
 from fusion.recording.looking.sample import spread
 from fusion.recording.recording import Frame, Recording

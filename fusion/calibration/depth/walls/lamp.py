@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from fusion.calibration.depth.walls.wall import Wall
-from fusion.geometry.camera import Camera
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Camera, Principle
 from fusion.sensor.effects.light.illumination_vignetting import IlluminationVignetting
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import stretch

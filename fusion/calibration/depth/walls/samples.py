@@ -7,8 +7,7 @@ from numpy.typing import NDArray
 
 from fusion.calibration.depth.walls.tiles import TileGrid
 from fusion.calibration.depth.walls.wall import Wall
-from fusion.geometry.camera import Camera
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Camera, Principle
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import stretch
 

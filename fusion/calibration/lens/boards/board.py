@@ -47,20 +47,14 @@ class BoardFile(DrawnBoard, frozen=True, kw_only=True):
 
 @dataclass(frozen=True)
 class Board:
-    """A board of black and white squares, all of one size.
+    """A board of black and white squares, all of one size."""
 
-    Attributes:
-        columns, rows: numbers of inner corners.
-        square_m: side of a square [m].
-        marker_m: side of a marker [m] of a ChArUco board; 0 for a checkerboard.
-        dictionary: OpenCV's name of its markers, such as "DICT_5X5_100".
-    """
-
+    # columns, rows: numbers of inner corners
     columns: int
     rows: int
-    square_m: float
-    marker_m: float = 0.0
-    dictionary: str = ""
+    square_m: float  # side of a square [m]
+    marker_m: float = 0.0  # side of a marker [m] of a ChArUco board; 0 for a checkerboard
+    dictionary: str = ""  # OpenCV's name of its markers, such as "DICT_5X5_100"
 
     @property
     def is_charuco(self) -> bool:

@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from fusion.calibration.lens.boards.board import Board
 from fusion.calibration.lens.boards.detect import FoundCorners, stretched
-from fusion.calibration.lens.boards.refine import board_contrast, move
-from fusion.calibration.lens.boards.saddle import REACH, saddles
+from fusion.calibration.lens.boards.refine import REACH, board_contrast, move, saddles
 from fusion.geometry.pose import Array
 
 FEWEST_CORNERS = 6  # a view with fewer says little more than its own pose
@@ -22,12 +21,7 @@ NARROWEST, WIDEST = 2, 8  # [px] half windows
 
 
 def find_charuco(image: NDArray, board: Board) -> FoundCorners | None:
-    """The corners of the board that are seen, or None; both layouts of boards with even rows are tried.
-
-    Args:
-        image: (height, width) or (height, width, 3).
-        board: with markers.
-    """
+    """The corners of the board that are seen, or None; both layouts of boards with even rows are tried."""
     grey = stretched(image)
     best: FoundCorners | None = None
     for scale, blur in ATTEMPTS:

@@ -53,17 +53,11 @@ ATTEMPTS = (
 
 @dataclass(frozen=True)
 class FoundCorners:
-    """The corners found in a picture.
+    """The corners found in a picture."""
 
-    Attributes:
-        ids: (n,) index of each corner, row by row over the board.
-        pixels: (n, 2) [px], the centre of the top-left pixel is (0, 0).
-        how: which attempt found them.
-    """
-
-    ids: NDArray[np.intp]
-    pixels: Array
-    how: str
+    ids: NDArray[np.intp]  # (n,) index of each corner, row by row over the board
+    pixels: Array  # (n, 2) [px], the centre of the top-left pixel is (0, 0)
+    how: str  # which attempt found them
 
 
 def stretched(image: NDArray) -> Grey:
@@ -83,7 +77,6 @@ def find_checkerboard(
     """All corners of the board in a picture of any depth of grey (or colour), or None.
 
     Args:
-        image: (height, width) or (height, width, 3).
         board: what to look for; half a board is not found.
         attempts: tried in this order; the first whose corners form a board wins.
     """

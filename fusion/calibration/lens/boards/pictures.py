@@ -53,19 +53,13 @@ Picture = Path | FramePicture
 
 @dataclass(frozen=True)
 class BoardPictures:
-    """The pictures of a folder or recording.
+    """The pictures of a folder or recording."""
 
-    Attributes:
-        path: where they lie.
-        ir: key to picture; pictures of both cameras with the same key belong together.
-        color: key to picture.
-        camera: what stands beside them, or None.
-    """
-
-    path: Path
+    path: Path  # where they lie
+    # key to picture; pictures of both cameras with the same key belong together
     ir: dict[str, Picture] = field(default_factory=dict)
-    color: dict[str, Picture] = field(default_factory=dict)
-    camera: Camera | None = None
+    color: dict[str, Picture] = field(default_factory=dict)  # key to picture
+    camera: Camera | None = None  # what stands beside them, or None
 
 
 def find_pictures(path: Path | str, topic: str | None = None) -> BoardPictures:

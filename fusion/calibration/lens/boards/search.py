@@ -19,29 +19,18 @@ ASKED = 4  # pictures that are searched for a board of any size
 
 @dataclass(frozen=True)
 class Search:
-    """What was found in the pictures of one camera.
+    """What was found in the pictures of one camera."""
 
-    Attributes:
-        views: one per picture in which the board was found; their names are the pictures' keys.
-        size: (width, height) [px].
-        missed: keys of the pictures without the board.
-        unread: key to reason, of pictures that are damaged or have another size.
-        pictures: key to picture, of all.
-    """
-
-    views: list[BoardView]
-    size: tuple[int, int]
-    missed: list[str] = field(default_factory=list)
+    views: list[BoardView]  # one per picture in which the board was found; their names are the pictures' keys
+    size: tuple[int, int]  # (width, height) [px]
+    missed: list[str] = field(default_factory=list)  # keys of the pictures without the board
+    # key to reason, of pictures that are damaged or have another size
     unread: dict[str, str] = field(default_factory=dict)
-    pictures: dict[str, Picture] = field(default_factory=dict)
+    pictures: dict[str, Picture] = field(default_factory=dict)  # key to picture, of all
 
 
 def search(pictures: dict[str, Picture], board: Board) -> Search:
     """Find the board in pictures of one camera; damaged ones are listed, not fatal.
-
-    Args:
-        pictures: key to picture.
-        board: what to look for.
 
     Raises:
         RecordingError: none can be read, or another board than the stated one is in them.

@@ -21,7 +21,6 @@ def adjusted(linear: Linear, parameters: Array, poses: Array, free: Array) -> tu
 
     Args:
         linear: derivative and misfit of a view; the first k columns are those of the parameters, then of its pose.
-        parameters, poses: to start from.
         free: (k,) True for the parameters that may change.
     """
     blocks = [linear(n, pose, parameters) for n, pose in enumerate(poses)]

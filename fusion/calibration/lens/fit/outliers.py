@@ -36,27 +36,18 @@ class Outlier:
 
 @dataclass(frozen=True)
 class JudgedViews:
-    """What is left after judging.
+    """What is left after judging."""
 
-    Attributes:
-        views: those that fit, without wild corners.
-        outliers: those that do not.
-        solution: the camera from `views`.
-        wild: view name to number of single corners left out.
-    """
-
-    views: list[BoardView]
-    outliers: list[Outlier]
-    solution: LensSolution
-    wild: dict[str, int]
+    views: list[BoardView]  # those that fit, without wild corners
+    outliers: list[Outlier]  # those that do not
+    solution: LensSolution  # the camera from `views`
+    wild: dict[str, int]  # view name to number of single corners left out
 
 
 def judge(views: Sequence[BoardView], size: tuple[int, int], keep: bool = False, rational: bool = False) -> JudgedViews:
     """Solve, leave out what does not fit, and solve again until nothing changes; `keep` names but does not leave out.
 
     Args:
-        views: of the board.
-        size: (width, height) [px].
         keep: use outliers all the same.
         rational: the lens has the twelve parameters of OpenCV's rational form.
 

@@ -23,8 +23,6 @@ def row_pitch(views: Sequence[BoardView], size: tuple[int, int], begin: Array | 
     standard deviation says which is the case.
 
     Args:
-        views: of the board.
-        size: (width, height) [px].
         begin: parameters of the camera to start from; they say which form its lens has.
 
     Raises:

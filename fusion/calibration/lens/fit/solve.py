@@ -19,17 +19,11 @@ RATIONAL = (*NAMES, "k4", "k5", "k6")
 
 @dataclass(frozen=True)
 class LensSolution:
-    """Least squares over all corners of some views.
+    """Least squares over all corners of some views."""
 
-    Attributes:
-        parameters: (9,) in the order of NAMES, or (12,) in that of RATIONAL: [px] and OpenCV's distortion.
-        poses: (views, 6) rotation vector and translation [m] of the board in the camera.
-        residuals: per view (n, 2) seen minus predicted [px].
-    """
-
-    parameters: Array
-    poses: Array
-    residuals: list[Array]
+    parameters: Array  # (9,) in the order of NAMES, or (12,) in that of RATIONAL: [px] and OpenCV's distortion
+    poses: Array  # (views, 6) rotation vector and translation [m] of the board in the camera
+    residuals: list[Array]  # per view (n, 2) seen minus predicted [px]
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -74,7 +68,6 @@ def solve(
 
     Args:
         views: at least three.
-        size: (width, height) [px].
         start: parameters to start from; twelve of them are fitted in the rational form.
         hold_k3: leave k3 where `start` has it, or at 0.
         rational: fit all twelve parameters, from the best nine on where there is no `start`.

@@ -17,24 +17,16 @@ from fusion.geometry.pose import Array
 
 @dataclass(frozen=True)
 class LensSpread:
-    """How well the parameters are known.
+    """How well the parameters are known."""
 
-    Attributes:
-        covariance: (k, k) in the order of the solution's names: from the corners' scatter, or wider where the views
-            disagree, see `spread`.
-        scatter: (k,) standard deviations if the corners' errors were independent.
-        jackknife: (k,) standard deviations from leaving out one view at a time.
-        shifts: (views, k) parameters without each view minus those with all.
-        influence: (views,) Cook's distance: shift squared in units of the covariance, over k.
-        sigma_px: scatter of one coordinate of a corner.
-    """
-
+    # (k, k) in the order of the solution's names: from the corners' scatter, or wider where the views disagree, see
+    # `spread`
     covariance: Array
-    scatter: Array
-    jackknife: Array
-    shifts: Array
-    influence: Array
-    sigma_px: float
+    scatter: Array  # (k,) standard deviations if the corners' errors were independent
+    jackknife: Array  # (k,) standard deviations from leaving out one view at a time
+    shifts: Array  # (views, k) parameters without each view minus those with all
+    influence: Array  # (views,) Cook's distance: shift squared in units of the covariance, over k
+    sigma_px: float  # scatter of one coordinate of a corner
 
     @property
     def std(self) -> Array:

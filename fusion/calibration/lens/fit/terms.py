@@ -21,7 +21,6 @@ def is_rational(views: Sequence[BoardView], size: tuple[int, int]) -> bool:
 
     Args:
         views: of the board; a few may be wrong: what most views say counts.
-        size: (width, height) [px].
     """
     if len(views) < FEWEST:
         return False

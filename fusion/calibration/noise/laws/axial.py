@@ -9,7 +9,7 @@ from fusion.calibration.noise.laws.axial_forms import POLYNOMIAL, AxialForm, Pla
 from fusion.calibration.noise.laws.fit import Data, NoiseFit, choose, fit_law
 from fusion.calibration.noise.poses import Pose
 from fusion.errors import FusionError
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Principle
 from fusion.sensor.effects.readout.axial_noise import AxialNoise
 from fusion.sensor.sensor import Sensor
 
@@ -73,25 +73,17 @@ def count_apart(values: NDArray[np.floating]) -> int:
 
 @dataclass(frozen=True)
 class AxialLaw:
-    """Axial noise over depth and tilt.
+    """Axial noise over depth and tilt."""
 
-    Attributes:
-        poses: that were used.
-        sigma, sigma_std: (n,) their noise [m] and how well it is known.
-        places: of these poses.
-        fits: every form that competed; `chosen` is the index of the one in use.
-        visible: what the poses can show.
-        kept: parameters that stay as the sensor model had them.
-    """
-
-    poses: list[Pose]
+    poses: list[Pose]  # that were used
+    # sigma, sigma_std: (n,) their noise [m] and how well it is known
     sigma: Array
     sigma_std: Array
-    places: Places
-    fits: list[NoiseFit]
+    places: Places  # of these poses
+    fits: list[NoiseFit]  # every form that competed; `chosen` is the index of the one in use
     chosen: int
-    visible: VisibleParameters
-    kept: dict[str, float]
+    visible: VisibleParameters  # what the poses can show
+    kept: dict[str, float]  # parameters that stay as the sensor model had them
 
     @property
     def best(self) -> NoiseFit:
@@ -130,8 +122,6 @@ def axial_law(poses: list[Pose], principle: Principle, known: Sensor, focal_base
     """Fit the forms of this kind of sensor and choose by held-out poses.
 
     Args:
-        poses: of a target.
-        principle: of the sensor.
         known: the model so far: numbers that these poses cannot show stay as its axial_noise has them.
         focal_baseline: disparity times depth [px m].
     Raises:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.calibration.noise.poses import Pose
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Principle
 from fusion.sensor.effects.readout.axial_noise import STEEPEST, AxialNoise
 
 Array = NDArray[np.floating]
@@ -18,21 +18,13 @@ POLYNOMIAL = ("c0", "c1", "c2")
 
 @dataclass(frozen=True)
 class Places:
-    """Where noise was measured, or is asked for; all (n,).
+    """Where noise was measured, or is asked for; all (n,)."""
 
-    Attributes:
-        depth: [m].
-        tilt: [rad].
-        ir: amplitude [count], NaN when not known.
-        stretch: length of the ray per metre of depth [1].
-        focal_baseline: disparity times depth [px m].
-    """
-
-    depth: Array
-    tilt: Array
-    ir: Array
-    stretch: Array
-    focal_baseline: float
+    depth: Array  # [m]
+    tilt: Array  # [rad]
+    ir: Array  # amplitude [count], NaN when not known
+    stretch: Array  # length of the ray per metre of depth [1]
+    focal_baseline: float  # disparity times depth [px m]
 
     def part(self, which: NDArray[np.bool_]) -> "Places":
         """Some of them."""
@@ -55,19 +47,12 @@ def places_of(poses: list[Pose], focal_baseline: float) -> Places:
 
 @dataclass(frozen=True)
 class AxialForm:
-    """An axial_noise effect with some parameters free at some places.
+    """An axial_noise effect with some parameters free at some places."""
 
-    Attributes:
-        title: for a person.
-        names: free parameters of the effect.
-        places: where.
-        fixed: parameters that are not fitted.
-    """
-
-    title: str
-    names: tuple[str, ...]
-    places: Places
-    fixed: dict[str, float] = field(default_factory=dict)
+    title: str  # for a person
+    names: tuple[str, ...]  # free parameters of the effect
+    places: Places  # where
+    fixed: dict[str, float] = field(default_factory=dict)  # parameters that are not fitted
 
     def part(self, which: NDArray[np.bool_]) -> "AxialForm":
         """The same at some of the places."""
@@ -116,7 +101,6 @@ def candidates(places: Places, principle: Principle, seen: frozenset[str], fixed
     """The laws that compete for these places.
 
     Args:
-        principle: of the sensor.
         seen: parameters that the places can show.
         fixed: parameters that they cannot show and that are known otherwise.
     """

@@ -69,25 +69,15 @@ class Data:
 
 @dataclass(frozen=True)
 class NoiseFit:
-    """A law with its numbers.
+    """A law with its numbers."""
 
-    Attributes:
-        form: the law.
-        numbers: (k,) in the order of its names.
-        covariance: (k, k), from the measurements' errors and the scatter between poses.
-        freedom: poses less numbers.
-        scatter: share of the value by which poses scatter beyond their measurements' errors.
-        rms: of measured less fitted values.
-        heldout: (n,) measured less predicted, each by a fit without it, over the expected error; NaN where that was
-            not possible.
-    """
-
-    form: NoiseForm
-    numbers: Array
-    covariance: Array
-    freedom: int
-    scatter: float
-    rms: float
+    form: NoiseForm  # the law
+    numbers: Array  # (k,) in the order of its names
+    covariance: Array  # (k, k), from the measurements' errors and the scatter between poses
+    freedom: int  # poses less numbers
+    scatter: float  # share of the value by which poses scatter beyond their measurements' errors
+    rms: float  # of measured less fitted values
+    # (n,) measured less predicted, each by a fit without it, over the expected error; NaN where that was not possible
     heldout: Array
 
     @property

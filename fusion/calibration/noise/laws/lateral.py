@@ -18,22 +18,15 @@ Array = NDArray[np.floating]
 
 @dataclass(frozen=True)
 class TargetEdges:
-    """Edges of targets, all (n,).
+    """Edges of targets, all (n,)."""
 
-    Attributes:
-        depth: of the edge [m].
-        tilt: of the target [rad].
-        sigma, sigma_std: jitter [m], and how well it is known.
-        shadowed: whether it lies beside a shadow.
-        side: 0 left, 1 right.
-    """
-
-    depth: Array
-    tilt: Array
+    depth: Array  # of the edge [m]
+    tilt: Array  # of the target [rad]
+    # sigma, sigma_std: jitter [m], and how well it is known
     sigma: Array
     sigma_std: Array
-    shadowed: NDArray[np.bool_]
-    side: NDArray[np.intp]
+    shadowed: NDArray[np.bool_]  # whether it lies beside a shadow
+    side: NDArray[np.intp]  # 0 left, 1 right
 
     def part(self, which: NDArray[np.bool_]) -> "TargetEdges":
         """Some of them."""
@@ -80,19 +73,13 @@ FORMS = {
 
 @dataclass(frozen=True)
 class LateralLaw:
-    """Lateral noise.
+    """Lateral noise."""
 
-    Attributes:
-        edges: all that were measured.
-        fits: every form that competed, on edges without a shadow where there are such; `chosen` is in use.
-        shadow: the constant fitted to edges beside a shadow, or None.
-        percentile, percentile_shadow: 90th percentile [m] over edges without and beside a shadow, NaN without such.
-    """
-
-    edges: TargetEdges
-    fits: list[NoiseFit]
+    edges: TargetEdges  # all that were measured
+    fits: list[NoiseFit]  # every form that competed, on edges without a shadow where there are such; `chosen` is in use
     chosen: int
-    shadow: NoiseFit | None
+    shadow: NoiseFit | None  # the constant fitted to edges beside a shadow, or None
+    # percentile, percentile_shadow: 90th percentile [m] over edges without and beside a shadow, NaN without such
     percentile: float
     percentile_shadow: float
 

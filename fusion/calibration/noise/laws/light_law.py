@@ -24,22 +24,15 @@ GUESSED = 2.0  # factor by which a light law that nobody measured on this sensor
 
 @dataclass(frozen=True)
 class LightLaw:
-    """Variance of one depth over distance, tilt and ambient light.
+    """Variance of one depth over distance, tilt and ambient light."""
 
-    Attributes:
-        text: where it comes from.
-        variance: (depth (n,), tilt (n,), nominal lux (m,) or a number) to (m, n) or (n,) [m^2].
-        missing: (depth, tilt, lux) to (n,) shares of values that one light drowns.
-        readings: (k, m) what m nominal lights [lux] may be, in k equally likely ways: the laws' own light is not
-            known exactly.
-        own: whether the noise without the light is known for this very unit.
-    """
-
-    text: str
+    text: str  # where it comes from
+    # (depth (n,), tilt (n,), nominal lux (m,) or a number) to (m, n) or (n,) [m^2]
     variance: Callable[[Array, Array, Array | float], Array]
-    missing: Callable[[Array, Array, float], Array]
+    missing: Callable[[Array, Array, float], Array]  # (depth, tilt, lux) to (n,) shares of values that one light drowns
+    # (k, m) what m nominal lights [lux] may be, in k equally likely ways: the laws' own light is not known exactly
     readings: Callable[[Array], Array]
-    own: bool
+    own: bool  # whether the noise without the light is known for this very unit
 
 
 def light_law(sensor: Sensor | None, camera: Camera) -> LightLaw | None:

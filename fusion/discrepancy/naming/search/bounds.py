@@ -12,8 +12,7 @@ from fusion.discrepancy.naming.search.candidates import Candidate, candidate_of
 from fusion.discrepancy.naming.search.score import scored
 from fusion.discrepancy.naming.search.space import Aim
 from fusion.discrepancy.observe.observations import Observations
-from fusion.sensor.variables import VARIABLES
-from fusion.sensor.where import Bound
+from fusion.sensor.where import VARIABLES, Bound
 
 Vector = NDArray[np.float64]
 

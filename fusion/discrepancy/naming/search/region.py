@@ -15,8 +15,7 @@ from fusion.discrepancy.naming.search.candidates import Candidate
 from fusion.discrepancy.naming.search.score import Scored, scored
 from fusion.discrepancy.naming.search.space import Aim, Space
 from fusion.discrepancy.observe.observations import Observations
-from fusion.sensor.variables import VARIABLES
-from fusion.sensor.where import Bound
+from fusion.sensor.where import VARIABLES, Bound
 
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]

@@ -67,19 +67,12 @@ USUAL_RADIUS = 1.7  # where the file says 0 or nothing, as the maker's library t
 
 @dataclass(frozen=True)
 class Calibration:
-    """The cameras of a recording.
+    """The cameras of a recording."""
 
-    Attributes:
-        depth: of the depth images.
-        radius: x/z and y/z of a ray beyond which the lens is not known.
-        color: of the colour images, or None.
-        T_color_depth: (4, 4).
-    """
-
-    depth: Camera
-    radius: float
-    color: Camera | None
-    T_color_depth: Array
+    depth: Camera  # of the depth images
+    radius: float  # x/z and y/z of a ray beyond which the lens is not known
+    color: Camera | None  # of the colour images, or None
+    T_color_depth: Array  # (4, 4)
 
 
 def cameras_of(content: Content, size: tuple[int, int], color_size: tuple[int, int] | None) -> Calibration:

@@ -48,21 +48,13 @@ class Track:
 
 @dataclass
 class Matroska:
-    """What a file holds.
+    """What a file holds."""
 
-    Attributes:
-        tracks: by number.
-        files: attachments by name: where their data lie.
-        tags: by name.
-        scale: nanoseconds of a tick.
-        whole: False for a file that was cut off.
-    """
-
-    tracks: dict[int, Track] = field(default_factory=dict)
-    files: dict[str, ByteRange] = field(default_factory=dict)
-    tags: dict[str, str] = field(default_factory=dict)
-    scale: int = NANOSECONDS
-    whole: bool = True
+    tracks: dict[int, Track] = field(default_factory=dict)  # by number
+    files: dict[str, ByteRange] = field(default_factory=dict)  # attachments by name: where their data lie
+    tags: dict[str, str] = field(default_factory=dict)  # by name
+    scale: int = NANOSECONDS  # nanoseconds of a tick
+    whole: bool = True  # False for a file that was cut off
 
 
 @dataclass(frozen=True)

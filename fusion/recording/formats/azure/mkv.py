@@ -16,8 +16,7 @@ from fusion.files.content import Content
 from fusion.files.json_file import json_in
 from fusion.files.limits import check_size
 from fusion.files.reading import beginning
-from fusion.geometry.camera import Camera
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Camera, Principle
 from fusion.recording.formats.azure.calibration import DO, Calibration, cameras_of
 from fusion.recording.formats.azure.matroska import START, Matroska, Track, read_matroska
 from fusion.recording.formats.azure.pictures import (

@@ -11,9 +11,8 @@ from dataclasses import replace
 import numpy as np
 
 from fusion.errors import RecordingError
-from fusion.geometry.camera import Camera
+from fusion.geometry.camera import Camera, Principle
 from fusion.geometry.pose import Array, is_rigid, pose
-from fusion.geometry.principle import Principle
 from fusion.recording.formats.bags.containers.store import Store, Topic, cut
 from fusion.recording.formats.bags.lens import made_camera
 from fusion.recording.formats.bags.messages.values import message

@@ -9,9 +9,8 @@ from dataclasses import replace
 import numpy as np
 
 from fusion.errors import RecordingError
-from fusion.geometry.camera import Camera
+from fusion.geometry.camera import Camera, Principle
 from fusion.geometry.pose import Array, from_tum, inverse, pose
-from fusion.geometry.principle import Principle
 from fusion.recording.formats.bags.containers.store import Store, Topic
 from fusion.recording.formats.bags.lens import camera_of, made_camera
 from fusion.recording.formats.bags.messages.values import RosValues, decoded, message

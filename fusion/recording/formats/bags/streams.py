@@ -18,8 +18,7 @@ from fusion.recording.formats.bags.messages.values import header_stamps
 from fusion.recording.formats.bags.pictures import color_image, depth_image, grey_image
 from fusion.recording.images.frame_files import ASSOCIATION_SECONDS, associate, in_time
 from fusion.recording.images.load_frame import counts_to_metres
-from fusion.recording.recording import Frame, Recording
-from fusion.recording.streams import FrameStreams
+from fusion.recording.recording import Frame, FrameStreams, Recording
 
 # counts a metre for depth that is stored as floating numbers, when it is written as counts: TUM's, 0.2 mm to 13 m
 METRES_SCALE = 5000.0
@@ -29,17 +28,11 @@ PACKED_BYTES = 1e9
 
 @dataclass(frozen=True)
 class BagStream:
-    """Images of one camera in a bag.
+    """Images of one camera in a bag."""
 
-    Attributes:
-        topic: its messages.
-        stamps: (n,) [s], of each message, in any order.
-        camera: as the bag states it, or None.
-    """
-
-    topic: Topic
-    stamps: NDArray[np.float64]
-    camera: Camera | None = None
+    topic: Topic  # its messages
+    stamps: NDArray[np.float64]  # (n,) [s], of each message, in any order
+    camera: Camera | None = None  # as the bag states it, or None
 
     @property
     def arrivals(self) -> NDArray[np.float64]:

@@ -14,11 +14,10 @@ from msgspec import Meta, Struct
 from numpy.typing import NDArray
 
 from fusion.errors import RecordingError
-from fusion.files.content import Content
+from fusion.files.content import Content, Metres
 from fusion.files.inside import all_inside, part
 from fusion.files.json_file import read_json
 from fusion.files.reading import beginning
-from fusion.files.values import Metres
 from fusion.geometry.camera import Camera
 from fusion.geometry.lens_forms import fisheye, polynomial, with_lens
 from fusion.geometry.pose import Array, inverse, is_rigid, other_axes

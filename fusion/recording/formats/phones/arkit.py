@@ -7,9 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.errors import RecordingError
-from fusion.geometry.camera import Camera
+from fusion.geometry.camera import Camera, Principle
 from fusion.geometry.pose import Array, other_axes
-from fusion.geometry.principle import Principle
 
 # the smallest images of the LiDAR, and those of TrueDepth, longer side first
 LIDAR, TRUEDEPTH = (256, 192), (640, 480)

@@ -21,23 +21,14 @@ from fusion.recording.streamed import with_color_of
 
 @dataclass(frozen=True)
 class Cameras:
-    """What is known of a recording's cameras.
+    """What is known of a recording's cameras."""
 
-    Attributes:
-        camera: of depth, with that of colour where this has another size.
-        own: by frame, the camera that saw it where that is another.
-        turn: quarter turns by which the stated cameras were brought to the depth images.
-        pictures: those that colour images as stored need for it.
-        stored: (height, width) of these; None: there are none.
-        told: about it.
-    """
-
-    camera: Camera
-    own: dict[int, Camera]
-    turn: int = 0
-    pictures: int = 0
-    stored: tuple[int, int] | None = None
-    told: tuple[str, ...] = ()
+    camera: Camera  # of depth, with that of colour where this has another size
+    own: dict[int, Camera]  # by frame, the camera that saw it where that is another
+    turn: int = 0  # quarter turns by which the stated cameras were brought to the depth images
+    pictures: int = 0  # those that colour images as stored need for it
+    stored: tuple[int, int] | None = None  # (height, width) of these; None: there are none
+    told: tuple[str, ...] = ()  # about it
 
     @property
     def wanted(self) -> tuple[int, int] | None:

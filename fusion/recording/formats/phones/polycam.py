@@ -12,11 +12,10 @@ from msgspec import Meta, Struct
 from numpy.typing import NDArray
 
 from fusion.errors import RecordingError
-from fusion.files.content import Content
+from fusion.files.content import Content, Metres
 from fusion.files.json_file import json_in
 from fusion.files.reading import decoded
 from fusion.files.tree import Tree, is_zip, open_tree
-from fusion.files.values import Metres
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import is_rigid
 from fusion.geometry.trajectory import Trajectory
@@ -68,22 +67,14 @@ class PolycamCamera(Struct, frozen=True, kw_only=True):
 
 @dataclass(frozen=True)
 class PolycamImages:
-    """The images of a recording.
+    """The images of a recording."""
 
-    Attributes:
-        tree: the folder or archive.
-        names: of the frames: microseconds.
-        pictures: the folder of the colour images.
-        shape: (height, width) of the depth images.
-        confident: what confidence is worth.
-        wanted: (height, width) that colour images are turned to where their notes (EXIF) ask for it; None: never.
-    """
-
-    tree: Tree
-    names: list[str]
-    pictures: str
-    shape: tuple[int, int]
-    confident: Confidence = UNKNOWN
+    tree: Tree  # the folder or archive
+    names: list[str]  # of the frames: microseconds
+    pictures: str  # the folder of the colour images
+    shape: tuple[int, int]  # (height, width) of the depth images
+    confident: Confidence = UNKNOWN  # what confidence is worth
+    # (height, width) that colour images are turned to where their notes (EXIF) ask for it; None: never
     wanted: tuple[int, int] | None = None
 
     def counts(self, index: int) -> NDArray[np.uint16]:

@@ -12,12 +12,11 @@ from msgspec import Meta, Struct
 from numpy.typing import NDArray
 
 from fusion.errors import RecordingError
-from fusion.files.content import Content
+from fusion.files.content import FARTHEST_M, Content
 from fusion.files.json_file import json_in
 from fusion.files.limits import check_size
 from fusion.files.reading import decoded
 from fusion.files.tree import Tree, is_zip, open_tree
-from fusion.files.values import FARTHEST_M
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array
 from fusion.geometry.trajectory import Trajectory
@@ -64,20 +63,13 @@ class Metadata(Struct, frozen=True, kw_only=True):
 
 @dataclass(frozen=True)
 class Record3dImages:
-    """The images of a recording.
+    """The images of a recording."""
 
-    Attributes:
-        tree: the archive.
-        numbers: of the frames, as their files are named.
-        shape: (height, width) of the depth images.
-        confident: what confidence is worth.
-        wanted: (height, width) that colour images are turned to where their notes (EXIF) ask for it; None: never.
-    """
-
-    tree: Tree
-    numbers: list[int]
-    shape: tuple[int, int]
-    confident: Confidence = UNKNOWN
+    tree: Tree  # the archive
+    numbers: list[int]  # of the frames, as their files are named
+    shape: tuple[int, int]  # (height, width) of the depth images
+    confident: Confidence = UNKNOWN  # what confidence is worth
+    # (height, width) that colour images are turned to where their notes (EXIF) ask for it; None: never
     wanted: tuple[int, int] | None = None
 
     def depth(self, index: int) -> NDArray[np.float32]:

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.errors import RecordingError
+from fusion.files.content import FARTHEST_M
 from fusion.files.inside import all_inside, inside
 from fusion.files.limits import check_size
 from fusion.files.npy import read_npy
-from fusion.files.values import FARTHEST_M
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, from_tum
 from fusion.geometry.trajectory import Trajectory

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.errors import RecordingError
+from fusion.files.content import FARTHEST_M
 from fusion.files.limits import check_size
 from fusion.files.reading import open_regular
-from fusion.files.values import FARTHEST_M
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, inverse, is_rigid
 from fusion.geometry.trajectory import Trajectory

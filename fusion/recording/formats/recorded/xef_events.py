@@ -29,36 +29,23 @@ FILLED = (0x6000, 0x7000, 0xC000)  # bytes that these have been seen to have
 
 @dataclass
 class XefStream:
-    """One stream of a file.
+    """One stream of a file."""
 
-    Attributes:
-        kind: type of its data.
-        packed: its data are packed by zlib.
-        tag: bytes between the head of an event and its data.
-        ticks: of its events, 100 ns each, in the file's order.
-        numbers: the first four bytes of each event's tag; of images the device's number of the frame.
-        parts: where the data of each event lie.
-    """
-
-    kind: UUID
-    packed: bool
-    tag: int
-    ticks: list[int] = field(default_factory=list)
+    kind: UUID  # type of its data
+    packed: bool  # its data are packed by zlib
+    tag: int  # bytes between the head of an event and its data
+    ticks: list[int] = field(default_factory=list)  # of its events, 100 ns each, in the file's order
+    # the first four bytes of each event's tag; of images the device's number of the frame
     numbers: list[int] = field(default_factory=list)
-    parts: list[ByteRange] = field(default_factory=list)
+    parts: list[ByteRange] = field(default_factory=list)  # where the data of each event lie
 
 
 @dataclass
 class Events:
-    """What a file holds.
+    """What a file holds."""
 
-    Attributes:
-        streams: by their number.
-        broken: where reading stopped before the file's end [bytes]; None where it was read to its end.
-    """
-
-    streams: dict[int, XefStream] = field(default_factory=dict)
-    broken: int | None = None
+    streams: dict[int, XefStream] = field(default_factory=dict)  # by their number
+    broken: int | None = None  # where reading stopped before the file's end [bytes]; None where it was read to its end
 
     def of(self, kind: UUID) -> XefStream | None:
         """The stream of this type; None where there is none."""

@@ -6,8 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from fusion.geometry.camera import Camera
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Camera, Principle
 from fusion.sensor.effect import Effect
 from fusion.sensor.parameter import Value, parameter
 from fusion.sensor.view import Image, View, stretch

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.compute.start import start
-from fusion.geometry.principle import TRIANGULATING, Principle
+from fusion.geometry.camera import TRIANGULATING, Principle
 from fusion.sensor.effect import Effect
 from fusion.sensor.parameter import Value, parameter
 from fusion.sensor.view import Image, View

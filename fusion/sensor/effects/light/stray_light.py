@@ -6,7 +6,7 @@ from typing import ClassVar
 import cv2
 import numpy as np
 
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Principle
 from fusion.sensor.effect import Effect
 from fusion.sensor.laws.phasor import brightness, phasor, shift
 from fusion.sensor.parameter import Value, parameter

@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from fusion.geometry.principle import Principle
+from fusion.geometry.camera import Principle
 from fusion.sensor.effect import Effect
 from fusion.sensor.parameter import Value, parameter
 from fusion.sensor.view import Image, View

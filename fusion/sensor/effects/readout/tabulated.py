@@ -12,8 +12,8 @@ from fusion.sensor.laws.disparity import depth_change
 from fusion.sensor.laws.layers import Layers, layers_of
 from fusion.sensor.laws.table import interpolated
 from fusion.sensor.parameter import Value, parameter, setting
-from fusion.sensor.variables import VARIABLES
 from fusion.sensor.view import Image, View
+from fusion.sensor.where import VARIABLES
 
 MOST = 6  # variables: every one doubles the work
 STEEPEST = 0.5  # m of error per m, or px per px: beyond, the fixed point of the correction may not settle

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-from fusion.geometry.principle import TRIANGULATING, Principle
+from fusion.geometry.camera import TRIANGULATING, Principle
 from fusion.sensor.effect import Effect
 from fusion.sensor.laws.disparity import depth_change
 from fusion.sensor.parameter import Value, parameter

@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from fusion.geometry.principle import TRIANGULATING, Principle
+from fusion.geometry.camera import TRIANGULATING, Principle
 from fusion.sensor.effect import Effect
 from fusion.sensor.laws.disparity import depth_change, disparity
 from fusion.sensor.parameter import Value, parameter

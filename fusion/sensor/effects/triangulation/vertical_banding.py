@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.geometry.principle import TRIANGULATING, Principle
+from fusion.geometry.camera import TRIANGULATING, Principle
 from fusion.sensor.effect import Effect
 from fusion.sensor.forms import Atom, Form
 from fusion.sensor.laws.disparity import depth_change

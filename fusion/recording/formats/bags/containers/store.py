@@ -19,27 +19,17 @@ MOST_MESSAGES = 50_000_000  # of all topics: the index takes 24 bytes for each
 
 @dataclass(frozen=True)
 class Topic:
-    """A stream of messages of one type.
+    """A stream of messages of one type."""
 
-    Attributes:
-        name: such as "/camera/depth/image_raw".
-        type: "sensor_msgs/Image", without ROS 2's "/msg".
-        stamps: (n,) when each was recorded [ns], never falling.
-        read: bytes of one message from its start, all of them or the first `most`; raises RecordingError.
-        definition: the type's definition as the file holds it, "" where it holds none.
-        ros2: messages are CDR; else ROS 1's own packing.
-        packed: to get at the start of one message others must be unpacked.
-        steps_back: how many messages have an earlier stamp than the one before them in the file.
-    """
-
-    name: str
-    type: str
-    stamps: NDArray[np.int64]
+    name: str  # such as "/camera/depth/image_raw"
+    type: str  # "sensor_msgs/Image", without ROS 2's "/msg"
+    stamps: NDArray[np.int64]  # (n,) when each was recorded [ns], never falling
+    # bytes of one message from its start, all of them or the first `most`; raises RecordingError
     read: Callable[[int, int], bytes]
-    definition: str = ""
-    ros2: bool = True
-    packed: bool = False
-    steps_back: int = 0
+    definition: str = ""  # the type's definition as the file holds it, "" where it holds none
+    ros2: bool = True  # messages are CDR; else ROS 1's own packing
+    packed: bool = False  # to get at the start of one message others must be unpacked
+    steps_back: int = 0  # how many messages have an earlier stamp than the one before them in the file
 
     def __len__(self) -> int:
         return len(self.stamps)
@@ -47,17 +37,11 @@ class Topic:
 
 @dataclass(frozen=True)
 class Store:
-    """A bag.
+    """A bag."""
 
-    Attributes:
-        path: the file or folder.
-        topics: by name, those without a message left out.
-        warnings: what was wrong with the file, one sentence each.
-    """
-
-    path: Path
-    topics: dict[str, Topic]
-    warnings: tuple[str, ...] = ()
+    path: Path  # the file or folder
+    topics: dict[str, Topic]  # by name, those without a message left out
+    warnings: tuple[str, ...] = ()  # what was wrong with the file, one sentence each
 
 
 class BagFile:

@@ -10,8 +10,7 @@ are: how many zeros, how many others, and of these the difference to the one bef
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.compute.arrays import I32
-from fusion.compute.language import func, kernel, ti
+from fusion.compute.language import I32, func, kernel, ti
 from fusion.compute.start import start
 
 LONGEST = 7  # nibbles of a value: twenty-one bits, more than any count of pixels that a limit lets through
@@ -20,11 +19,7 @@ SAID = {ENDED: "that end at", ENDLESS: "with a value that does not end at", BEYO
 
 
 def unpack_rvl(data: bytes, width: int, height: int) -> NDArray[np.uint16]:
-    """Counts (height, width) of packed depth.
-
-    Raises:
-        ValueError: the data end before the pixels do, or lead beyond them.
-    """
+    """Counts (height, width) of packed depth. ValueError: the data end before the pixels do, or lead beyond them."""
     pixels = width * height
     words = np.frombuffer(data, "<i4", len(data) // 4).astype(np.int32)
     counts, told = np.zeros(pixels, np.int32), np.zeros(2, np.int32)

@@ -1,45 +1,20 @@
-"""Sensors known by name, one file per maker's family, every number with its source."""
+"""Sensors known by name: `presets.toml` beside this file has their numbers, each with its source."""
 
-from collections.abc import Callable
+import tomllib
 from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Any
 
 from fusion.errors import SensorError
 from fusion.files.schema import one_of
-from fusion.geometry.camera import Camera
-from fusion.geometry.principle import Principle
-from fusion.sensor.presets.azure import azure_kinect, femto_bolt
-from fusion.sensor.presets.kinect_v1 import kinect_v1
-from fusion.sensor.presets.kinect_v2 import kinect_v2_indoors, kinect_v2_overcast, kinect_v2_sunlight
-from fusion.sensor.presets.others import iphone_lidar, oak_d
-from fusion.sensor.presets.primesense import asus_xtion, iphone_truedepth, primesense, structure_sensor
-from fusion.sensor.presets.realsense import (
-    realsense_d405,
-    realsense_d415,
-    realsense_d435,
-    realsense_d455,
-    realsense_l515,
-)
+from fusion.geometry.camera import Camera, Principle
+from fusion.sensor.catalogue import IMPLEMENTED
 from fusion.sensor.sensor import Sensor
+from fusion.sensor.working_range import WorkingRange
 
-PRESETS: dict[str, Callable[[], Sensor]] = {
-    "kinect-v1": kinect_v1,
-    "kinect-v2-indoors": kinect_v2_indoors,
-    "kinect-v2-overcast": kinect_v2_overcast,
-    "kinect-v2-sunlight": kinect_v2_sunlight,
-    "azure-kinect": azure_kinect,
-    "femto-bolt": femto_bolt,
-    "realsense-d405": realsense_d405,
-    "realsense-d415": realsense_d415,
-    "realsense-d435": realsense_d435,
-    "realsense-d455": realsense_d455,
-    "realsense-l515": realsense_l515,
-    "asus-xtion": asus_xtion,
-    "primesense": primesense,
-    "structure-sensor": structure_sensor,
-    "iphone-truedepth": iphone_truedepth,
-    "iphone-lidar": iphone_lidar,
-    "oak-d": oak_d,
-}
+_TABLES: dict[str, dict[str, Any]] = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
+PRESETS = tuple(_TABLES)
 # words of a device's name, as its driver or recording states it, and the preset of that device
 _DEVICES = {
     "kinect-v1": "kinect-v1",
@@ -76,16 +51,33 @@ _KINDS = {
 _NOISE = ("lateral_noise", "axial_noise")
 
 
+@cache
 def preset(name: str) -> Sensor:
     """The sensor of that name; SensorError when there is none."""
     if name not in PRESETS:
         raise SensorError(
             "no such sensor",
             found=name,
-            expected="a sensor.json or " + one_of(list(PRESETS), name),
+            expected="a sensor.json or " + one_of(PRESETS, name),
             do="check --sensor",
         )
-    return PRESETS[name]()
+    table = dict(_TABLES[name])
+    base = preset(table.pop("like")) if "like" in table else Sensor()
+    because, without = table.pop("because", ""), table.pop("without", ())
+    works = WorkingRange(**table.pop("works")) if "works" in table else base.works
+    effects = {effect.name: effect for effect in base.effects if effect.name not in without}
+    sources = {effect: base.sources[effect] for effect in effects}
+    if because:
+        works = replace(works, source=f"{because}; {works.source}")
+        sources = {effect: f"{because}; {source}" for effect, source in sources.items()}
+    std = dict(base.std)
+    for effect in [key for key in table if key in IMPLEMENTED]:
+        numbers = dict(table.pop(effect))
+        sources[effect] = numbers.pop("source")
+        std |= {(effect, parameter): value for parameter, value in numbers.pop("std", {}).items()}
+        effects[effect] = replace(effects[effect], **numbers) if effect in effects else IMPLEMENTED[effect](**numbers)
+    own: Any = {"effects": tuple(effects.values()), "works": works, "std": std, "sources": sources, "left_out": ()}
+    return replace(base, name=name, **own, **table)
 
 
 def preset_of(device: str) -> str | None:
