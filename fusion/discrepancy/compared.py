@@ -88,17 +88,15 @@ class Compared:
 
 
 def compared(found: "Explanation") -> Compared:
-    """Held-out frames under both models; the fitted ones where a recording has none, or where the tiles differ.
+    """Held-out frames under both models; the fitted ones where a recording has none.
 
     Where the noise itself was wrong, both are measured by the noise that was found.
     """
-    held = [block.held for block in found.blocks if block.held is not None]
-    if {block.place for block in held} == {block.place for block in found.blocks}:
-        before = observe(found.before.sensor, held).as_loose_as(found.before)
+    held = found.held.observations
+    if held is not None and set(held.place.tolist()) == {block.place for block in found.blocks}:
         changed = found.named.steps or found.spread or found.unknown
-        after = observe(found.channels.sensor, held).as_loose_as(found.before) if changed else before
-        if len(before.residual) == len(after.residual):
-            return Compared(before, after, covariance_of(after if found.spread else before), True)
+        after = held.under(found.channels.sensor) if changed else held
+        return Compared(held, after, covariance_of(after) if found.spread else found.held.covariance, True)
     after = observe(found.mean_sensor, found.blocks) if found.unknown else found.named.observations
     if len(after.residual) != len(found.before.residual):
         after = found.named.observations

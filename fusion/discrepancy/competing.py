@@ -7,7 +7,7 @@ from itertools import combinations
 from fusion.discrepancy.decisions import CONFIDENCE
 from fusion.discrepancy.mean import MeanFindings, MeasuredForms, explained_mean, likeliest
 from fusion.discrepancy.observe.likely_pose import at_likely_poses
-from fusion.discrepancy.setting import Explained, posterior, with_laws, without_laws
+from fusion.discrepancy.setting import Explained, posterior, setting_parts, with_laws, without_laws
 from fusion.sensor.sensor import Sensor
 
 
@@ -24,10 +24,10 @@ def beside_setting(mean: MeanFindings, stated: MeasuredForms, sensor: Sensor) ->
     free = without_laws(stated.observations, stated.covariance)
     if mean.claims and _may_pose_as_laws(free, mean):
         mean = likeliest([mean, _again(mean, stated, free, sensor)])
+    setting = min((free, *_beside_parts(mean, stated.observations.sensor)), key=lambda one: one.cost)
     if not mean.foresees:
         mean = mean.unconfirmed
     laws = with_laws(mean.seen.observations, mean.seen.covariance, mean.gain if mean.claims else 0.0)
-    setting = min((free, *_beside_parts(mean, stated)), key=lambda one: one.cost)
     sure = posterior(laws, setting)
     if sure >= CONFIDENCE:
         return replace(mean, posterior=sure) if mean.claims else mean
@@ -55,14 +55,18 @@ def _again(mean: MeanFindings, stated: MeasuredForms, setting: Explained, sensor
     return explained_mean(MeasuredForms.of(blocks, before, setting.covariance), sensor)
 
 
-def _beside_parts(mean: MeanFindings, stated: MeasuredForms) -> Iterator[Explained]:
-    """The likeliest setting with every part of the laws that were found, at the price of that part."""
-    names = sorted({step.effect.name for step in mean.named.steps})
+def _beside_parts(mean: MeanFindings, given: Sensor) -> Iterator[Explained]:
+    """The likeliest setting with every part of the laws that were found, at the price of that part.
+
+    In the units of these laws: what they leave to no law, a drift, is left to none here either.
+    """
+    seen, names = mean.seen, sorted({step.effect.name for step in mean.named.steps})
     beyond = mean.beyond.law.score if mean.beyond is not None and mean.beyond.law.replicated else 0.0
+    parts = setting_parts(seen.observations, seen.covariance) if len(names) + bool(beyond) > 1 else None
     for kept in (set(some) for size in range(1, len(names) + bool(beyond)) for some in combinations(names, size)):
-        rest = stated.observations.under(_with_only(mean.named.sensor, kept, set(names), stated.observations.sensor))
+        rest = seen.observations.under(_with_only(mean.named.sensor, kept, set(names), given))
         price = sum(step.price for step in mean.named.steps if step.effect.name in kept)
-        setting = without_laws(rest, stated.covariance)
+        setting = without_laws(rest, seen.covariance, parts)
         yield replace(setting, cost=setting.cost + price)
 
 

@@ -5,12 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.discrepancy.decisions import FEWEST
 from fusion.discrepancy.explain import Explanation, variables_of
 
 Vector = NDArray[np.float64]
 
 OUTER = 0.2  # of the recordings lie beyond
-LEAST = 5  # recordings: fewer leave too little inside
 VARIABLES = ("depth", "incidence", "time")
 
 
@@ -35,7 +35,7 @@ def extrapolated(found: Explanation) -> list[Beyond]:
     columns, room = _columns(found)
     place = found.before.place
     recordings = np.unique(place)
-    if not columns.shape[1] or len(recordings) < LEAST:
+    if not columns.shape[1] or len(recordings) < FEWEST:
         return []
     out = []
     known = variables_of(found.before)

@@ -1,16 +1,20 @@
 """Setting: what the recordings say when no law is missing, and poses or targets are only worse than was stated."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fusion.discrepancy.inference.camera_file import camera_columns
 from fusion.discrepancy.inference.covariance import BENDS_M
 from fusion.discrepancy.inference.loose import Loose
 from fusion.discrepancy.inference.shapes import mesh_columns, room_columns, shape_columns
-from fusion.discrepancy.inference.sizes import sizes_of
+from fusion.discrepancy.inference.sizes import independent, sizes_of
 from fusion.discrepancy.inference.tile_covariance import TileCovariance, covariance_of, pose_columns
 from fusion.discrepancy.observe.observations import Observations
+
+Matrix = NDArray[np.float64]
 
 USUAL_SHAPE_M = 0.001  # of a target of which nobody said how flat it is: plasterboard bows by 1 to 3 mm over 2 m
 
@@ -34,16 +38,25 @@ def with_laws(observations: Observations, covariance: TileCovariance, gain: floa
     return Explained(observations, covariance, _cost(observations, covariance) - gain)
 
 
-def without_laws(observations: Observations, covariance: TileCovariance) -> Explained:
+def setting_parts(observations: Observations, covariance: TileCovariance) -> list[Matrix]:
+    """What poses, mesh, camera file and shapes may move, each as columns (n, k), whitened; whatever laws there are."""
+    own = np.column_stack(pose_columns(observations)), mesh_columns(observations), camera_columns(observations)
+    bends = (*shape_columns(observations), *room_columns(observations))
+    return [independent(covariance.whiten(part)) if np.any(part) else part for part in (*own, *bends)]
+
+
+def without_laws(
+    observations: Observations, covariance: TileCovariance, parts: Sequence[Matrix] | None = None
+) -> Explained:
     """The likeliest setting in which nothing is missing: sizes of errors of poses and of shapes as all tiles say.
 
     Drifts are no part of it: they are what nobody understands, and would follow any law.
+
+    Args:
+        parts: `setting_parts` of them, where they are known already.
     """
-    white, poses = covariance.whiten(observations.residual), np.column_stack(pose_columns(observations))
-    bends = (*shape_columns(observations), *room_columns(observations))
-    parts = [
-        covariance.whiten(part) for part in (poses, mesh_columns(observations), camera_columns(observations), *bends)
-    ]
+    white = covariance.whiten(observations.residual)
+    parts = setting_parts(observations, covariance) if parts is None else parts
     more, mesh, camera, *bent = np.sqrt(sizes_of(white, parts, len(white)).variances).tolist()
     own, common = tuple(bent[: len(BENDS_M)]), tuple(bent[len(BENDS_M) :])
     loose = Loose(pose=float(np.hypot(1.0, more)), shape=own, room=common, mesh=mesh, camera=camera)

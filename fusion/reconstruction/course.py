@@ -1,4 +1,4 @@
-"""The course of the camera: pieces joined and loops closed, or what is known of its drift."""
+"""The course of the camera: pieces joined, loops closed, all key frames settled together, or what drift is known."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -11,6 +11,7 @@ from fusion.reconstruction.loops.between import Between
 from fusion.reconstruction.loops.closing import ClosedLoops, close, looked_away
 from fusion.reconstruction.loops.correction import corrected
 from fusion.reconstruction.loops.keyframes import Keyframe
+from fusion.reconstruction.loops.network import PoseNetwork, pose_network
 from fusion.results.course import Course
 from fusion.tracking.tracker import Tracked
 
@@ -25,17 +26,23 @@ class Straightened:
     course: Course  # how it hangs together
     # the key frames where they belong now; None where nothing has changed since the frames were fused
     between: Between | None = None
+    network: PoseNetwork | None = None  # of the key frames that have a place; None where there are fewer than two
 
 
 def straighten(
-    results: list[Tracked], pieces: NDArray[np.int64], stamps: NDArray[np.float64], frames: Sequence[Keyframe]
+    results: list[Tracked],
+    pieces: NDArray[np.int64],
+    stamps: NDArray[np.float64],
+    frames: Sequence[Keyframe],
+    resolved: float,
 ) -> Straightened:
-    """Join pieces and close loops.
+    """Join pieces, close loops, and settle what is left by the network of all key frames.
 
     Args:
         results: (n) as tracked; poses of different pieces have nothing to do with each other.
         pieces: (n,) of the trajectory.
         stamps: (n,) time [s].
+        resolved: motion [m] that what is fused can show: smaller ones are let be.
     """
     count = len({frame.piece for frame in frames})
     if not count:  # nothing was placed
@@ -45,21 +52,24 @@ def straighten(
     # where a surface slides along itself, the poses do not tell whether the camera looked away
     slid = float(np.mean([bool(result.unconstrained) for result in results])) > SLID
     closed = close(frames) if away or slid or count > 1 else None
-    if closed is None and count == 1:
-        return Straightened(results, Course(_path(frames, tracked), not away, 1, 1))
     settled = _largest(frames, results, pieces) if closed is None else closed.poses
+    network = pose_network(frames, settled)
+    if network is not None and network.moved(settled) > resolved:
+        settled = network.poses
+    elif closed is None and count == 1:
+        return Straightened(results, Course(_path(frames, tracked), not away, 1, 1), network=network)
     before = np.stack([r.T_world_camera for r in results])
     found = corrected(before, pieces, stamps, frames, settled)
     poses = found.poses
     known = np.isfinite(poses).all(axis=(1, 2))
     world = inverse(poses[np.flatnonzero(known)[0]])  # the world is the first placed frame
     poses = world @ poses
-    placed = [_with(r, T) for r, T in zip(results, poses, strict=True)]
+    moved = [_with(r, T) for r, T in zip(results, poses, strict=True)]
     joined = len(np.unique(pieces[known]))
     path = _path(frames, settled)
     away = looked_away(frames, np.where(np.isfinite(settled), settled, tracked))
     course = _course(path, away, (count, joined), closed, before, poses)
-    return Straightened(placed, course, Between(frames, world @ settled, found.off, found.torn))
+    return Straightened(moved, course, Between(frames, world @ settled, found.off, found.torn), network)
 
 
 def _course(

@@ -12,7 +12,6 @@ from fusion.mesh.cleanup import without_crumbs
 from fusion.mesh.mesh import Mesh
 from fusion.progress import stage
 from fusion.reconstruction.course import Straightened, straighten
-from fusion.reconstruction.loops.held import pose_errors
 from fusion.reconstruction.planning import Plan, object_after_all, plan
 from fusion.reconstruction.result import Reconstruction
 from fusion.reconstruction.settings import ReconstructSettings
@@ -35,6 +34,7 @@ from fusion.tracking.tracker import Tracked
 from fusion.volume.volume import Volume
 from fusion.volume.voxel_check import voxel_check
 
+RESOLVED = 0.1  # of a voxel: a motion of the poses that what is fused shows
 CRUMB = 4.0  # truncations: a part smaller than twice the band in which noise is fused may be noise alone
 
 
@@ -63,11 +63,12 @@ def reconstruct(recording: Recording, settings: ReconstructSettings | None = Non
     tracked = track(frames, settings, chosen)
     volume, chosen, results = tracked.volume, tracked.plan, tracked.results
     band = chosen.volume.truncation  # of the model that frames were held against; an object may be fused in a finer one
-    course = None
+    course, network = None, None
     if settings.poses is None:
         with stage("loops"):
-            straight = straighten(results, tracked.pieces, recording.timestamps, tracked.keyframes)
-        course = straight.course
+            least = RESOLVED * chosen.volume.voxel
+            straight = straighten(results, tracked.pieces, recording.timestamps, tracked.keyframes, least)
+        course, network = straight.course, straight.network
         volume, chosen, results = settled(frames, settings, tracked, straight)
     _check_enough(results, recording, settings)
     with stage("mesh"):
@@ -78,8 +79,8 @@ def reconstruct(recording: Recording, settings: ReconstructSettings | None = Non
     notes = [note("Recording", *one) for one in said] + [note("Correction", "warning", x) for x in told.doubtful]
     with stage("sigma"):
         poses = np.stack([r.T_world_camera for r in results])
-        held = pose_errors(tracked.keyframes, poses)  # given poses have no key frames
-        sure = walk_sigma(mesh, frames, poses, held, FusedWith(settings.sensor, volume.settings))
+        errors = None if network is None else network.errors(poses)
+        sure = walk_sigma(mesh, frames, poses, errors, FusedWith(settings.sensor, volume.settings))
     made = _Made(sure.onto(mesh), volume, chosen, band, course, sensor, told, notes)
     return replace(_result(recording, settings, results, made), sure=sure)
 

@@ -10,7 +10,7 @@ from fusion.certainty.sigma import Causes, Sure
 from fusion.certainty.vertex_sigma import blur_px, vertex_sigma_reading
 from fusion.errors import RecordingError
 from fusion.mesh.mesh import Mesh
-from fusion.reconstruction.loops.held import PoseErrors
+from fusion.reconstruction.loops.network import PoseErrors
 from fusion.reconstruction.walk import WalkedFrames
 from fusion.sensor.sensor import Sensor
 from fusion.volume.prepared import Prepared
@@ -27,20 +27,20 @@ class FusedWith:
     volume: VolumeSettings
 
 
-def walk_sigma(mesh: Mesh, frames: WalkedFrames, poses: Array, held: PoseErrors | None, made: FusedWith) -> Sure:
+def walk_sigma(mesh: Mesh, frames: WalkedFrames, poses: Array, errors: PoseErrors | None, made: FusedWith) -> Sure:
     """How sure each vertex is.
 
     Args:
         frames: some are read once more.
         poses: (n, 4, 4) `T_world_camera`, NaN where a frame has no place.
-        held: what all poses may be wrong by together; None where nothing tells it.
+        errors: what all poses may be wrong by together; None where nothing tells it.
     """
     camera = frames.recording.camera
     placed = poses[np.isfinite(poses).all(axis=(1, 2))]
     middle = mesh.vertices.mean(axis=0)
     distance = float(np.median(np.linalg.norm(placed[:, :3, 3] - middle, axis=1))) if len(placed) else 1.0
     common = common_errors(camera, made.given, distance)
-    pose = None if held is None else held.along
+    pose = None if errors is None else errors.along
     causes = Causes(len(placed), blur_px(frames.sensor, camera), made.volume.voxel, common, pose)
 
     def read(index: int) -> Prepared | None:

@@ -43,7 +43,7 @@ class MadeObject:
 
 def make(placed: PlacedFrames) -> MadeObject:
     """The object of the frames that were placed."""
-    opened, seen = placed.found.opened, placed.found.attempt
+    opened, seen = placed.found.opened, placed.found
     settings, motion = opened.settings, seen.motion
     volume = fused(placed.volume, seen.frames, placed.course.poses)
     with stage("mesh"):
@@ -70,7 +70,7 @@ def make(placed: PlacedFrames) -> MadeObject:
 
 def _of_the_object(surface: Mesh, placed: PlacedFrames) -> Mesh:
     """Without what no frame shows where a hand placed them, and without what most look through."""
-    seen, near = placed.found.attempt, placed.volume.truncation
+    seen, near = placed.found, placed.volume.truncation
     if seen.motion.shifts is not None:  # frames that a hand placed do not lie on each other as on one axis
         surface = vertices_kept(surface, seen_by_any(surface, seen.frames, placed.course.poses, near))
     passing = looked_through(surface, seen.frames, placed.course.poses, near)

@@ -2,10 +2,19 @@
 
 from dataclasses import dataclass
 
-from fusion.scan.finding.attempt import Attempt, attempt
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.recording.recording import Recording
+from fusion.scan.finding.attempt import attempt
+from fusion.scan.finding.pair_fit import Asked
 from fusion.scan.finding.settled_camera import settle_camera
+from fusion.scan.finding.turn import turned
 from fusion.scan.opening import OpenedScan
 from fusion.turntable.focal import FocalCheck
+from fusion.turntable.motion import Motion
+from fusion.turntable.views import Region
+from fusion.volume.prepared import Prepared
 
 
 @dataclass(frozen=True)
@@ -14,21 +23,31 @@ class FoundMotion:
 
     Attributes:
         opened: the recording, and what was asked for.
-        attempt: with the camera that is used.
+        recording: with corrected depth, and the camera that is used.
+        region: where the object is.
+        frames: cut to its window, without what stands behind the object and without the errors of depth that the
+            motion was found with; None where one cannot be read.
+        motion: with the frames that cannot be read among the rejected.
+        told: (n,) angles [rad] that log or stated step say, or None.
         focal: what the scan says of the stated focal length.
     """
 
     opened: OpenedScan
-    attempt: Attempt
+    recording: Recording
+    region: Region
+    frames: list[Prepared | None]
+    motion: Motion
+    told: NDArray[np.float64] | None
     focal: FocalCheck
 
 
 def find_motion_and_camera(opened: OpenedScan) -> FoundMotion:
-    """The motion, and the camera that it was found with.
+    """The motion, and the camera that it was found with: pairs of views settle the camera, the model of all the rest.
 
     Raises:
         RecordingError: too few readable frames.
         TrackingError: nothing turns, or not about one axis.
     """
-    first = attempt(opened.recording, opened.sensor, opened.settings)
-    return FoundMotion(opened, *settle_camera(first, opened.sensor, opened.settings))
+    settled, focal = settle_camera(attempt(Asked(opened.recording, opened.sensor, opened.settings)))
+    motion, frames = turned(settled)
+    return FoundMotion(opened, settled.asked.recording, settled.region, frames, motion, settled.told, focal)

@@ -36,7 +36,7 @@ class PlacedFrames:
 
 def place(found: FoundMotion) -> PlacedFrames:
     """Poses of all frames. VolumeError: the voxel settings make no sense or do not fit into memory."""
-    seen, settings = found.attempt, found.opened.settings
+    seen, settings = found, found.opened.settings
     motion = seen.motion
     volume = choose_volume(settings, seen.recording.camera, seen.frames, seen.region, motion)
     course = constrained(seen.recording, motion)

@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 LEAST_TURN = np.deg2rad(5)  # less is no scan of an object from its sides
 POINTS_FINE = 3000  # source points per frame
 MISPLACED = 0.5  # misfit of a frame with its partners from which it is left out (guess)
-BOARD = 0.03  # [m] what a hand turns with the object on it is a plate where it is no higher (guess)
+BOARD = 0.3  # of the size: what a hand turns with the object on it is a plate where it is no higher (guess)
 POINTS_OUTLINE = 200_000  # that tell how far the object reaches
 
 
@@ -75,8 +75,15 @@ class Motion:
     size_std: float | None = None
 
     @property
-    def state(self) -> State:
-        """As a joint fit has it."""
+    def size(self) -> float:
+        """Radius or half the height of what turns [m], whichever is more."""
+        return max(self.radius, (self.top - self.bottom) / 2)
+
+    @property
+    def beginning(self) -> State | Turns:
+        """As another fit begins from it: what print or a hand holds is decided anew."""
+        if not self.held:
+            return Turns(self.axis, self.angles)
         return State(self.axis, self.angles, np.zeros((len(self.angles), 2)) if self.shifts is None else self.shifts)
 
 
@@ -94,13 +101,13 @@ def estimate_motion(
         region: where the object is.
         commanded: (n,) angles [rad] that the table was told or said, of unknown sign; None when nothing is known.
         known: how well a calibrated depth is known; None for a depth as the camera gives it.
-        start: what was found before some pixels were left out; its rejected frames stay so. None for nothing.
+        start: what was found before some pixels were left out, or by another camera; its rejected frames stay so.
 
     Raises:
         TrackingError: the views do not fit any turn about one axis.
     """
     n = len(views)
-    begun = begun_with(views, region, commanded, None if start is None else start.state)
+    begun = begun_with(views, region, commanded, None if start is None else start.beginning)
     used, seen, shown, floor, axis, angles = begun.used, begun.seen, begun.shown, begun.floor, begun.axis, begun.angles
     centre = (region.low + region.high) / 2
     if begun.by_hand is not None:

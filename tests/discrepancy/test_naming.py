@@ -16,8 +16,8 @@ from fusion.discrepancy.naming.established import is_faint, weak_of
 from fusion.discrepancy.naming.naming import _of_one_region, name_effects
 from fusion.discrepancy.naming.refit import refitted
 from fusion.discrepancy.naming.search.bounds import _beside_best
-from fusion.discrepancy.naming.search.candidates import candidate_of, candidates_of
-from fusion.discrepancy.naming.search.region import confined
+from fusion.discrepancy.naming.search.candidates import Candidate, candidate_of, candidates_of
+from fusion.discrepancy.naming.search.region import confined, second_cause
 from fusion.discrepancy.naming.search.space import Space
 from fusion.discrepancy.naming.search.step import _prior, best_part
 from fusion.discrepancy.observe.observations import observe
@@ -32,6 +32,7 @@ from fusion.sensor.effects.readout.temperature_drift import TemperatureDrift
 from fusion.sensor.effects.triangulation.disparity_offset import DisparityOffset
 from fusion.sensor.effects.triangulation.pixel_locking import PixelLocking
 from fusion.sensor.effects.triangulation.vertical_banding import VerticalBanding
+from fusion.sensor.forms import forms_of
 from fusion.sensor.view import Image, View
 from fusion.sensor.where import Bound
 
@@ -292,3 +293,12 @@ def test_a_region_is_told_by_what_lies_outside_it(outside, told):
     target = regional.white[:, 0] + np.random.default_rng(1).standard_normal(n) * inside
     nothing = Space(np.zeros((n, 0)), np.zeros(0))
     assert confined(regional, replace(whole, columns=row, white=row), nothing, target) == told
+
+
+@pytest.mark.parametrize(
+    ("kind", "variable", "costs"),
+    [(TemperatureDrift, "time", False), (DepthOffset, "time", True), (DepthOffset, "u", True)],
+)
+def test_a_law_that_depends_on_what_bounds_its_region_needs_no_second_cause(kind, variable, costs):
+    form = next(f for f in forms_of(kind, (8, 8)))
+    assert bool(second_cause(Candidate(form, np.zeros((1, 1)), np.zeros((1, 1)), (Bound(variable, 10.0),)))) == costs

@@ -8,10 +8,11 @@ import pytest
 from made_up_walls import WALLS, looks_at, loose_in, sensor_of
 from scipy.ndimage import gaussian_filter
 
-from fusion.discrepancy.competing import _with_only
+from fusion.discrepancy.competing import _beside_parts, _with_only
 from fusion.discrepancy.decisions import CONFIDENCE
 from fusion.discrepancy.explain import explained_looks
 from fusion.discrepancy.inference.camera_file import file_error
+from fusion.discrepancy.inference.loose import Loose
 from fusion.discrepancy.inference.shapes import bent_m, mesh_off, room_columns, shape_columns
 from fusion.discrepancy.inference.sizes import sizes_of
 from fusion.discrepancy.inference.tile_covariance import covariance_of
@@ -174,3 +175,19 @@ def test_a_size_that_is_not_asked_for_stays_zero():
     rng = np.random.default_rng(4)
     found = sizes_of(rng.standard_normal(500), [rng.standard_normal((500, 30))], 500)
     assert found.variances == (0.0,)
+
+
+def test_a_setting_beside_some_laws_leaves_to_a_drift_what_all_of_them_do():
+    """Else a mesh that is off pays for what the frames do by themselves, and a law for it does not."""
+    given = sensor_of("itof")
+    better = given.having(DepthOffset(offset=0.003)).having(CyclicError(amplitude=0.002))
+    seen = replace(observe(given, larger(1, 0.0, (0.0, 0.0, -0.02))), loose=Loose(drift=0.001))
+    steps = [SimpleNamespace(effect=effect, price=7.0) for effect in better.effects[-2:]]
+    named = SimpleNamespace(steps=steps, sensor=better)
+    mean = SimpleNamespace(
+        seen=SimpleNamespace(observations=seen, covariance=covariance_of(seen)), named=named, beyond=None
+    )
+    settings = list(_beside_parts(mean, given))
+    assert len(settings) == 2
+    assert all(setting.observations.loose.drift == 0.001 for setting in settings)
+    assert any(setting.observations.loose.mesh for setting in settings)

@@ -19,6 +19,7 @@ from fusion.recording.native.trajectory_file import read_trajectory
 from fusion.recording.open import open_recording
 from fusion.recording.recording import Recording
 from fusion.recording.writing.write import write_recording
+from fusion.scan.finding.pair_fit import PairFit
 from fusion.scan.pipeline import scan_turntable
 from fusion.scan.settings import ScanSettings
 from fusion.sensor.presets import preset
@@ -93,10 +94,16 @@ def written(left, scan, tmp_path_factory):
     out = tmp_path_factory.mktemp("command") / "out"
     given = f"--voxel {VOXEL} --truncation 0.015 --no-color --strength circle --sensor {SENSOR} --ignore-log".split()
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("fusion.scan.finding.turn.find_motion", lambda *_: scan.motion)
+        motion_known(patch, scan.motion)
         status = main(["turntable", str(left[1].path), "-o", str(out), *given])
     assert not status
     return out
+
+
+def motion_known(patch, motion):
+    """No motion is sought in what follows: it is this one."""
+    patch.setattr("fusion.scan.finding.attempt.fit_pairs", lambda *_: PairFit(motion, None, [], None))
+    patch.setattr("fusion.scan.finding.turn.find_motion", lambda *_: motion)
 
 
 def angle_error_deg(angles, turned_deg):
@@ -217,7 +224,7 @@ def test_masks_keep_the_plate_out(left, scan, tmp_path, monkeypatch):
         index = int(Path(name).stem)
         moving = depths.get(index, background) < background - 0.015
         cv2.imwrite(str(tmp_path / Path(name).name), moving.astype(np.uint8))
-    monkeypatch.setattr("fusion.scan.finding.turn.find_motion", lambda *_: scan.motion)
+    motion_known(monkeypatch, scan.motion)
     found = scan_turntable(left[1], replace(CHEAP, use_log=False, keep_plate=True, mask=tmp_path))
     d = distances(found.mesh, found.trajectory.poses[0], left[0])
     # the plate of 30 cm would be some 9 cm off the owl; a pixel of 4 mm in the mask's border may see it

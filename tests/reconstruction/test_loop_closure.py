@@ -10,6 +10,7 @@ from fusion.geometry.pose import angle, exp, inverse
 from fusion.geometry.trajectory import Trajectory, trajectory_error
 from fusion.reconstruction.loops.closing import close
 from fusion.reconstruction.loops.keyframes import keyframe_of
+from fusion.reconstruction.loops.network import pose_network
 from fusion.reconstruction.pipeline import reconstruct
 from fusion.reconstruction.settings import ReconstructSettings
 from fusion.sensor.sensor import Sensor
@@ -28,9 +29,9 @@ def light(result, subject):
     return next((x for x in result.judgement.lights if x.subject == subject), None)
 
 
-def drifted(room, truth):
-    """Key frames without colour, at poses each some 5 mm and 0.2 deg off the one before."""
-    recording = room.recording(truth, colored=False)
+def drifted(room, truth, colored=False):
+    """Key frames at poses each some 5 mm and 0.2 deg off the one before."""
+    recording = room.recording(truth, colored=colored)
     drift = [exp([0.001 * k, 0.002 * k, 0, 0.004 * k, -0.003 * k, 0.002 * k]) for k in range(len(truth))]
     ready = [prepare(recording[k], room.camera, Sensor()) for k in range(len(truth))]
     return [keyframe_of(frame, 0, drift[k] @ truth[k]) for k, frame in enumerate(ready)]
@@ -139,3 +140,18 @@ def test_what_slides_along_a_wall_is_held_by_its_print():
     result = reconstruct(recording, CHEAP)
     assert result.course.moved > 0.05
     assert error(result, recording, poses).rmse < 0.02
+
+
+def test_key_frames_that_drift_are_settled_by_the_network_of_all_pairs():
+    truth = round_walk(1.2)[::2]
+    frames = drifted(WalkedRoom(bare=False), truth, colored=True)
+    poses = np.stack([frame.T_world_camera for frame in frames])
+    network = pose_network(frames, poses)
+
+    def off(found):  # between first and last, where drift has added up
+        return np.linalg.norm((inverse(found[0]) @ found[-1] @ inverse(inverse(truth[0]) @ truth[-1]))[:3, 3])
+
+    assert off(poses) == pytest.approx(0.005 * (len(truth) - 1), rel=0.5)
+    assert 0 < off(network.poses) < 0.3 * off(poses)
+    assert network.moved(poses) == pytest.approx(off(poses), rel=0.5)
+    assert pose_network(frames[:1], poses[:1]) is None

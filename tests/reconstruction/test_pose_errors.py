@@ -5,7 +5,7 @@ import pytest
 
 from fusion.certainty.looks import Looks
 from fusion.geometry.pose import pose
-from fusion.reconstruction.loops.held import PoseErrors
+from fusion.reconstruction.loops.network import PoseErrors
 
 VIEWS, POINTS = 5, 400
 

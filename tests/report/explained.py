@@ -13,6 +13,7 @@ from made_up_walls import WALLS, looks_at, sensor_of
 
 from fusion.discrepancy.channels.channels import channels_of
 from fusion.discrepancy.explain import Explanation
+from fusion.discrepancy.held_out import held_out_of
 from fusion.discrepancy.inference.tile_covariance import covariance_of
 from fusion.discrepancy.naming.naming import name_effects
 from fusion.discrepancy.naming.search.candidates import candidates_of
@@ -41,5 +42,5 @@ def explanation_of(principle: str, *hidden: Effect, names: Sequence[str] = ()) -
     keys = ("chi2_per_dof_before", "chi2_per_dof_after", "rms_before_m", "rms_after_m")
     return Explanation(
         tuple(blocks), before, covariance, white, named, channels_of(named.observations, blocks), possible, left,
-        tuple(candidates), dict.fromkeys(keys, 0.001),
+        tuple(candidates), held_out_of(blocks, known, before), dict.fromkeys(keys, 0.001),
     )  # fmt: skip

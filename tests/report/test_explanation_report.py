@@ -16,6 +16,7 @@ from explained import explanation_of
 
 from fusion.commands.camera.explain import verdict_lines
 from fusion.discrepancy.compared import cleaned, compared
+from fusion.discrepancy.held_out import held_out_of
 from fusion.discrepancy.inference.tile_covariance import MeasuredTiles
 from fusion.discrepancy.unknown.unknown import unknown_of
 from fusion.discrepancy.unknown.unrestricted import explained, groups_of
@@ -160,7 +161,8 @@ def test_unknown_effects_and_noise_have_their_sections(nothing, tmp_path):
 
 
 def test_frames_that_were_fitted_serve_where_none_were_held_out(waved):
-    bare = replace(waved, blocks=tuple(replace(block, held=None) for block in waved.blocks))
+    blocks = tuple(replace(block, held=None) for block in waved.blocks)
+    bare = replace(waved, blocks=blocks, held=held_out_of(blocks, waved.before.sensor))
     assert not compared(bare).held_out
 
 

@@ -14,6 +14,7 @@ from fusion.scan.cleaning.off_plate import fitted_plate
 from fusion.scan.settings import ScanSettings
 
 VOXEL = 0.001
+SIZE = 0.1
 UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -54,7 +55,7 @@ def test_the_plate_goes_and_the_object_stays(tilt, bend, top):
     solid, solid_normals = block(top, height)
     vertices = np.concatenate([ground, solid])
     normals = np.concatenate([np.tile([0, 0, 1.0], (len(ground), 1)), solid_normals]).astype(np.float32)
-    found = fitted_plate(Mesh(vertices, normals=normals), VOXEL)
+    found = fitted_plate(Mesh(vertices, normals=normals), VOXEL, SIZE)
     # three standard deviations of noise and a voxel, and hardly any of the plate is higher
     assert 0.0009 < found.hidden < 0.0018
     above = found.height(vertices)
@@ -71,7 +72,7 @@ def test_a_plate_goes_though_more_of_the_table_below_is_there(gap):
     vertices = np.concatenate([ground, table, solid])
     level = np.tile([0, 0, 1.0], (len(ground) + len(table), 1))
     normals = np.concatenate([level, solid_normals]).astype(np.float32)
-    found = fitted_plate(Mesh(vertices, normals=normals), VOXEL, -gap)
+    found = fitted_plate(Mesh(vertices, normals=normals), VOXEL, SIZE, -gap)
     assert found.hidden < 0.0018
     above = found.height(vertices)
     assert (above[: len(level)] > found.hidden).mean() < 0.002
@@ -84,7 +85,7 @@ def test_what_is_hidden_follows_the_noise_of_the_plate():
     for noise in (0.0, 0.0003, 0.001):
         ground, _ = plate(np.zeros(2), 0.0, noise)
         level = np.tile(np.float32([0, 0, 1]), (len(ground), 1))
-        found.append(fitted_plate(Mesh(ground, normals=level), VOXEL).hidden)
+        found.append(fitted_plate(Mesh(ground, normals=level), VOXEL, SIZE).hidden)
     assert found[0] == pytest.approx(VOXEL, abs=1e-5)  # in the corner a voxel sees both
     assert found[0] < found[1] < found[2] < 0.0045
 
@@ -93,7 +94,7 @@ def test_coarse_counts_hide_more_than_their_median():
     ground, _ = plate(np.zeros(2), 0.0, 0.0)
     ground[::10, 2] -= 0.0008  # one in ten lies a count lower
     ground[5::10, 2] += 0.0008
-    found = fitted_plate(Mesh(ground, normals=np.tile(np.float32([0, 0, 1]), (len(ground), 1))), VOXEL)
+    found = fitted_plate(Mesh(ground, normals=np.tile(np.float32([0, 0, 1]), (len(ground), 1))), VOXEL, SIZE)
     assert found.hidden > 0.0012
 
 
@@ -139,7 +140,7 @@ BODIES = {
 def test_the_object_stands_on_its_plate(body, tilt, noise):
     profile, volume = BODIES[body]
     surface, R = standing(profile, tilt, noise)
-    motion = SimpleNamespace(plate=0.0, table=None, radius=0.15)
+    motion = SimpleNamespace(plate=0.0, table=None, radius=0.15, size=SIZE)
     found = clean(surface, ScanSettings(), motion, VOXEL)
     height = pose.transform(pose.inverse(R), found.mesh.vertices)[:, 2]
     assert VOXEL <= found.hidden + 1e-5 < 0.0026
@@ -156,7 +157,7 @@ def test_the_object_stands_on_its_plate(body, tilt, noise):
 def test_what_comes_too_flat_ends_where_it_was_seen():
     bowl = [(0.05 * np.sin(a), 0.0501 - 0.05 * np.cos(a)) for a in np.linspace(2.2, 0.15, 60)]
     surface, _ = standing([*bowl, (bowl[-1][0], 0.0)])
-    found = clean(surface, ScanSettings(), SimpleNamespace(plate=0.0, table=None, radius=0.15), VOXEL)
+    found = clean(surface, ScanSettings(), SimpleNamespace(plate=0.0, table=None, radius=0.15, size=SIZE), VOXEL)
     assert found.mesh.vertices[:, 2].min() > -1e-6
     across = np.hypot(*found.mesh.vertices[:, :2].T)
     assert across[found.mesh.vertices[:, 2] < found.hidden].min(initial=1.0) > 0.006
@@ -164,7 +165,7 @@ def test_what_comes_too_flat_ends_where_it_was_seen():
 
 def test_a_plate_that_stays_is_not_cut():
     surface, _ = standing(BODIES["mug"][0])
-    motion = SimpleNamespace(plate=0.0, table=None, radius=0.14)
+    motion = SimpleNamespace(plate=0.0, table=None, radius=0.14, size=SIZE)
     assert clean(surface, ScanSettings(keep_plate=True), motion, VOXEL).hidden == 0
 
 
@@ -175,7 +176,7 @@ def test_a_corner_that_blur_rounds_is_cut_above(waist, blur):
     side, corner, level = np.array([[waist + (0.04 - waist) * blur / 0.11, blur], [waist, 0.0], [waist + blur, 0.0]])
     fillet = [tuple((1 - t) ** 2 * side + 2 * t * (1 - t) * corner + t**2 * level) for t in np.linspace(0, 1, 12)]
     surface, _ = standing([(0.04, 0.11), *fillet], noise=0.0001)
-    found = clean(surface, ScanSettings(), SimpleNamespace(plate=0.0, table=None, radius=0.15), VOXEL)
+    found = clean(surface, ScanSettings(), SimpleNamespace(plate=0.0, table=None, radius=0.15, size=SIZE), VOXEL)
     assert found.hidden > 0.5 * blur
     foot = np.hypot(*found.mesh.vertices[found.mesh.vertices[:, 2] < 0.0003, :2].T)
     assert foot == pytest.approx(waist, abs=0.2 * blur)  # the fillet stands out by all of the blur

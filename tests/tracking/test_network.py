@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fusion.geometry.pose import inverse, pose, rotation
-from fusion.reconstruction.loops.held import spread_of
+from fusion.reconstruction.loops.network import spread_of
 from fusion.tracking.graph import Edge, settle
 
 SIGMA = np.repeat([1e-3, 2e-3], 3)  # [rad], [m] of an edge

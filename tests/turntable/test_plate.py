@@ -12,7 +12,7 @@ from fusion.simulation.scene.shapes import box, disc, joined
 from fusion.simulation.scene.turntable import Turntable
 from fusion.turntable.axis import Axis
 from fusion.turntable.table.level import has_a_rim
-from fusion.turntable.table.plate import find_plate
+from fusion.turntable.table.plate import find_plate, size_of
 from fusion.turntable.turning.moving import find_moving
 from fusion.turntable.views import Region, usable, view
 
@@ -89,7 +89,8 @@ def test_no_plate_no_height(owl_scene):
 def test_the_table_below_is_not_the_plate_though_more_of_it_is_seen(monkeypatch):
     """A plate has a rim past which one looks; a table goes on."""
     views, axis = seen((BODY, PLATE), CLOSE)
-    assert has_a_rim(views, axis, 0.0) and not has_a_rim(views, axis, -0.04)
+    size = size_of(views, axis)
+    assert has_a_rim(views, axis, 0.0, size) and not has_a_rim(views, axis, -0.04, size)
     monkeypatch.setattr("fusion.turntable.table.plate.level_heights", lambda *_: [-0.04, 0.0])
     assert find_plate(views, axis).height == 0.0
 
@@ -97,7 +98,8 @@ def test_the_table_below_is_not_the_plate_though_more_of_it_is_seen(monkeypatch)
 def test_the_far_edge_of_a_table_is_no_rim_of_a_plate():
     """One looks past it, but it is not round about the axis."""
     views, axis = seen((BODY, PLATE), SHORT)
-    assert has_a_rim(views, axis, 0.0) and not has_a_rim(views, axis, -0.04)
+    size = size_of(views, axis)
+    assert has_a_rim(views, axis, 0.0, size) and not has_a_rim(views, axis, -0.04, size)
 
 
 SQUARE = box((-0.13, -0.11, -0.012), (0.11, 0.12, 0.0), GREY)

@@ -33,14 +33,13 @@ FRAMES = 180
 STAGES = {  # what the pipeline calls: the stage it belongs to
     (attempt, "find_region"): "what turns",
     (attempt, "load"): "load and prepare",
-    (turn, "find_motion"): "post-pass",
-    (turn, "fit_pairs"): " of which pairs",
-    (turn, "fit_model"): " of which model",
+    (attempt, "fit_pairs"): "pairs",
+    (turn, "fit_model"): "model",
     (making, "fused"): "integrate",
     (placing, "track_freely"): "free tracking",
     (making, "clean"): "clean up",
 }
-POST_PASS = ("post-pass", "integrate")
+POST_PASS = ("pairs", "model", "integrate")
 CLOCKS = (time.perf_counter, time.process_time, time.thread_time)
 
 Times = dict[str, list[float]]

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,8 +9,9 @@ from scipy.stats import chi2
 
 from fusion.discrepancy.channels.channel_step import ChannelStep
 from fusion.discrepancy.channels.losses import loss_step
-from fusion.discrepancy.channels.validity import Validity, validity_of, validity_of_rims
-from fusion.discrepancy.decisions import ALIKE, LOST_BY_CHANCE, REPLICATED
+from fusion.discrepancy.channels.noise_parameters import with_value
+from fusion.discrepancy.channels.validity import LEAST_LOST, Validity, validity_of, validity_of_rims
+from fusion.discrepancy.decisions import ALIKE, FAR, LOST_BY_CHANCE, REPLICATED
 from fusion.discrepancy.observe.observations import Observations
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
@@ -25,10 +25,8 @@ LostForm = tuple[Effect, Parameter, Effect | None]
 LEAST_FRAMES = 3
 SIZES = np.geomspace(0.02, 50.0, 33)  # of a typical size, that are tried
 FINE = np.linspace(-1.0, 1.0, 13)  # between two of them, then between two of these
-OUTLIER = 4.0  # standard deviations from which on a tile counts less
 BEYOND = 3.0  # standard deviations by which a stated value must be off
 EXPLAINED = 0.7  # of what is too much: less, and the name is not the right one
-LEAST_CHANGE = 0.05  # of the values of the tile that changes most
 MOST_STEPS = 2
 
 
@@ -96,7 +94,7 @@ def _step(sensor: Sensor, seen: Validity, forms: Sequence[LostForm]) -> tuple[Se
     probability = float(min(1.0, len(tried) * len(SIZES) * chi2.sf(max(gain, 0.0), 1)))
     excess = float(before.sum()) - len(now)
     change = best.share - now
-    if probability > LOST_BY_CHANCE or float(np.max(np.abs(change))) < LEAST_CHANGE or gain < EXPLAINED * excess:
+    if probability > LOST_BY_CHANCE or float(np.max(np.abs(change))) < LEAST_LOST or gain < EXPLAINED * excess:
         return None
     if len(before) > 2 and float((before - best.held_out).sum()) < REPLICATED * gain:
         return None
@@ -162,7 +160,7 @@ def _searched(seen: Validity, effect: Effect, about: Parameter, own: Effect | No
     def costs(size: float) -> Vector:
         size = float(np.clip(size, about.low, about.high))
         if size not in rows:
-            rows[size] = _costs(seen, seen.share(_with(effect, about, size), own))
+            rows[size] = _costs(seen, seen.share(with_value(effect, about, size), own))
         return rows[size]
 
     step = SIZES[1] / SIZES[0]
@@ -179,7 +177,7 @@ def _searched(seen: Validity, effect: Effect, about: Parameter, own: Effect | No
     held = np.array([table[int(np.argmin(others[:, g])), g] for g in range(table.shape[1])])
     near = tried[table.sum(axis=1) < rows[best].sum() + 1.0]
     std = float(max(np.max(np.abs(near - best)), abs(best) * (step - 1.0)))
-    chosen = _with(effect, about, best)
+    chosen = with_value(effect, about, best)
     return Lost(chosen, about, std, own is not None, rows[best], held, seen.share(chosen, own))
 
 
@@ -187,7 +185,7 @@ def _costs(seen: Validity, share: Vector) -> Vector:
     """(recordings,) chi2 of the tiles of each, tamed."""
     sigma = seen.sigma(share)
     size = np.abs(seen.missing - share) / sigma
-    tamed = np.where(size > OUTLIER, 2 * OUTLIER * size - OUTLIER**2, size**2)
+    tamed = np.where(size > FAR, 2 * FAR * size - FAR**2, size**2)
     return np.array([tamed[seen.place == g].sum() for g in np.unique(seen.place)])
 
 
@@ -203,8 +201,3 @@ def _beyond(sensor: Sensor, best: Lost) -> bool:
 
 def _like(one: Vector, other: Vector) -> bool:
     return float(one @ other) > ALIKE * float(np.linalg.norm(one)) * float(np.linalg.norm(other))
-
-
-def _with(effect: Effect, about: Parameter, value: float) -> Effect:
-    changed: dict[str, Any] = {about.name: float(value)}
-    return replace(effect, **changed)

@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.channels.channel_step import ChannelStep
+from fusion.discrepancy.inference.unrounded import STEP
 from fusion.discrepancy.observe.observations import Observations
-from fusion.evaluation.quantization import Quantization, quantization_of
+from fusion.evaluation.quantization import LEVEL, Quantization, quantization_of
 from fusion.recording.recording import Recording
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
@@ -18,9 +19,7 @@ from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import View
 
 COARSE = 1.5  # counts of the file: smaller steps are those of the file
-ROUND = 12**0.5  # a step over the spread of what rounding to it loses
 ALIKE = 0.1  # of a step: windows are a dozen levels long, their ends rounded to counts
-NORMAL_90 = 1.645  # half a 90 % interval in standard deviations
 LEAST = 1e-300
 
 
@@ -81,7 +80,7 @@ def _counts(recording: Recording) -> NDArray[np.int64]:
 
 def _same(known: Effect, law: Quantization, view: View) -> bool:
     """True where the model's step is the one that is seen, at the distances where it is."""
-    steps = ROUND * known.noise(np.asarray(law.depth, float), view)
+    steps = STEP * known.noise(np.asarray(law.depth, float), view)
     return bool(abs(np.median(law.step / np.maximum(steps, 1e-9)) - 1.0) < ALIKE)
 
 
@@ -92,7 +91,7 @@ def _effect(law: Quantization, view: View) -> tuple[Effect, dict[str, float]]:
     name = kind.lattice[law.law if growing else "constant"]
     # a step of disparity is told at 1 m, where it is one of depth over the focal length and the base
     unit = view.focal_baseline if parameters(kind)[name].unit == "px" else 1.0
-    deviation = unit * (law.interval[1] - law.interval[0]) / (2 * NORMAL_90)
+    deviation = unit * (law.interval[1] - law.interval[0]) / (2 * LEVEL)
     size = unit * law.value if growing else float(np.median(law.step))
     known: dict[str, Any] = {name: size}
     return kind(**known), {name: deviation}

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from fusion.discrepancy.channels.channel_step import ChannelStep
 from fusion.discrepancy.channels.unnamed import Unnamed, rising_gain, unnamed
-from fusion.discrepancy.channels.validity import Validity
+from fusion.discrepancy.channels.validity import LEAST_LOST, Validity
 from fusion.discrepancy.unknown.unrestricted import covariates
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
@@ -17,7 +17,6 @@ from fusion.sensor.sensor import Sensor
 
 Vector = NDArray[np.float64]
 
-LEAST_CHANGE = 0.05  # of the values of the tiles that change most
 NAMED = 0.8  # of what smooth functions of everything known explain: less, and the name is not the right one
 HIDDEN = "loses values that way, by a law that is a guess or asks for light that nobody recorded"
 UNITS = {"depth": " m", "u": " px", "v": " px", "radius": " px", "time": " s", "temperature": " degC"}
@@ -32,7 +31,7 @@ def loss_step(sensor: Sensor, seen: Validity) -> ChannelStep | None:
     now = seen.share()
     excess, sigma = seen.missing - now, seen.sigma(np.maximum(now, seen.missing))
     law = unnamed(excess, sigma, seen.place, covariates(seen.observations))
-    if law is None or float(np.quantile(law.fitted, 0.95)) < LEAST_CHANGE:
+    if law is None or float(np.quantile(law.fitted, 0.95)) < LEAST_LOST:
         return None
     gains = {kind: rising_gain(excess, sigma, values) for kind, values in _causes(seen)}
     names = sorted((k for k in gains if gains[k] > NAMED * law.gain), key=lambda kind: -gains[kind])

@@ -159,21 +159,22 @@ def _shaped(effect: Effect, about: Parameter) -> Iterator[Effect]:
 
 
 def _new(effect: Effect, about: Parameter, scatter: Scatter) -> NoiseParameter:
-    filtering = memory_of(_with(effect, about, about.typical)) > 0
+    filtering = memory_of(with_value(effect, about, about.typical)) > 0
     values = np.array(MEMORIES) if filtering else about.typical * SIZES
     values = np.concatenate([[0.0], values[(values > about.low) & (values <= about.high)]])
-    effects = [_with(effect, about, value) for value in values]
+    effects = [with_value(effect, about, value) for value in values]
     return NoiseParameter(effect, about, 0.0, np.inf, values, *_changes(effects, effect, scatter))
 
 
 def _known(effect: Effect, about: Parameter, value: float, sigma: float, scatter: Scatter) -> NoiseParameter:
     steps = np.array([-0.9, -0.5, -0.25, 0.0, 0.3, 1.0, 3.0]) * max(abs(value), sigma)
     values = np.unique(np.clip(value + steps, about.low, about.high))
-    effects = [_with(effect, about, v) for v in values]
+    effects = [with_value(effect, about, v) for v in values]
     return NoiseParameter(effect, about, value, sigma, values, *_changes(effects, effect, scatter))
 
 
-def _with(effect: Effect, about: Parameter, value: float) -> Effect:
+def with_value(effect: Effect, about: Parameter, value: float) -> Effect:
+    """The effect with another value of one parameter."""
     changed: dict[str, Any] = {about.name: float(value)}
     return replace(effect, **changed)
 

@@ -7,9 +7,10 @@ from numpy.typing import NDArray
 from scipy.optimize import nnls
 from scipy.stats import chi2
 
-from fusion.discrepancy.decisions import LOST_BY_CHANCE
+from fusion.discrepancy.decisions import LOST_BY_CHANCE, REPLICATED
 from fusion.discrepancy.naming.evidence import inflation
-from fusion.discrepancy.unknown.elsewhere import gain_elsewhere
+from fusion.discrepancy.unknown.elsewhere import gain_elsewhere, weights_of
+from fusion.discrepancy.unknown.unrestricted import hats, knots_of
 from fusion.geometry.robust import robust_std
 
 Vector = NDArray[np.float64]
@@ -19,7 +20,6 @@ KNOTS = 5
 RIDGE = 1e-6  # of the mean power of the columns: rounding
 MOST = 2  # variables
 OUTLIER = 8.0  # times what the tiles are usually off (at least their noise): beyond, a tile counts no more
-REPLICATED = 0.5  # of the gain that must show in recordings that took no part in the fit
 WORTH = 0.15  # of the gain of the first variable: one that brings less is not named
 
 
@@ -54,8 +54,8 @@ def unnamed(excess: Vector, sigma: Vector, place: NDArray[np.intp], variables: d
     if len(np.unique(place)) < 3 or len(excess) < 10 * KNOTS:
         return None
     white = whitened(excess, sigma)
-    nodes = {name: knots_of(values) for name, values in variables.items() if np.ptp(values) > 0}
-    columns = {name: _hats(variables[name], at) / sigma[:, None] for name, at in nodes.items()}
+    nodes = {name: knots_of(values, KNOTS) for name, values in variables.items() if np.ptp(values) > 0}
+    columns = {name: hats(variables[name], at) / sigma[:, None] for name, at in nodes.items()}
     chosen: list[str] = []
     gains: list[float] = []
     for _ in range(MOST):
@@ -68,7 +68,7 @@ def unnamed(excess: Vector, sigma: Vector, place: NDArray[np.intp], variables: d
     if not chosen:
         return None
     A = np.concatenate([columns[name] for name in chosen], axis=1)
-    weights = _weights(A, white)
+    weights = weights_of(A, white, RIDGE)
     fitted = A @ weights
     inflated = inflation(white - fitted)
     probability = float(min(1.0, len(columns) * chi2.sf(gains[-1] / inflated, A.shape[1])))
@@ -84,9 +84,9 @@ def unnamed(excess: Vector, sigma: Vector, place: NDArray[np.intp], variables: d
 def rising_gain(excess: Vector, sigma: Vector, values: Vector) -> float:
     """Drop of the chi2 by the best function that only rises with `values` (n,), from 0 or more."""
     white = whitened(excess, sigma)
-    hats = _hats(values, knots_of(values)) / sigma[:, None]
+    each = hats(values, knots_of(values, KNOTS)) / sigma[:, None]
     # the sum of all hats from one knot on is a rise up to that knot
-    rises = np.cumsum(hats[:, ::-1], axis=1)[:, ::-1]
+    rises = np.cumsum(each[:, ::-1], axis=1)[:, ::-1]
     left = float(nnls(rises, white)[1])
     return float(white @ white) - left**2
 
@@ -98,22 +98,7 @@ def whitened(excess: Vector, sigma: Vector) -> Vector:
     return np.clip(white, -most, most)
 
 
-def knots_of(values: Vector) -> Vector:
-    """(k,) quantiles of a variable."""
-    return np.unique(np.quantile(values, np.linspace(0, 1, KNOTS)))
-
-
 def _gain(white: Vector, parts: list[Matrix]) -> float:
     A = np.concatenate(parts, axis=1)
-    left = white - A @ _weights(A, white)
+    left = white - A @ weights_of(A, white, RIDGE)
     return float(white @ white - left @ left)
-
-
-def _weights(A: Matrix, white: Vector) -> Vector:
-    ridge = RIDGE * max(float(np.trace(A.T @ A)) / A.shape[1], 1e-300)
-    return np.asarray(np.linalg.solve(A.T @ A + ridge * np.eye(A.shape[1]), A.T @ white))
-
-
-def _hats(values: Vector, knots: Vector) -> Matrix:
-    """(n, k) piecewise linear functions, which together are a constant too."""
-    return np.column_stack([np.interp(values, knots, row) for row in np.eye(len(knots))])

@@ -18,6 +18,7 @@ Vector = NDArray[np.float64]
 
 RIM_PX = 12.0  # from a depth edge: wider than the shadows of usual steps at usual distances
 FINER = 4  # squares beside an edge, so that its two sides are told apart
+LEAST_LOST = 0.05  # of the values of the tiles that change most: less is told of none
 FLOOR = 0.02  # of a tile's pixels: what a model of validity leaves open, from recordings in which nothing is missing
 
 

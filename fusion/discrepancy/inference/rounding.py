@@ -40,8 +40,10 @@ def rounding_covariance(observations: Observations, before: Matrix, patterns: Ma
                 total[rows, rows] += _speckled(patch, effect)
     some = np.flatnonzero(heights[:, 0])
     place, at = observations.place[some], np.ix_(some, some)
-    one = patterns[at] / np.maximum(np.sqrt(np.outer(np.diag(patterns)[some], np.diag(patterns)[some])), 1e-300)
-    total[at] += np.sqrt(np.outer(broken[some], broken[some])) * one**SAME * (place[:, None] == place)
+    if np.any(broken):
+        usual = np.sqrt(np.maximum(np.diag(patterns)[some], 1e-300))
+        same = (patterns[at] / np.outer(usual, usual)) ** SAME * (place[:, None] == place)
+        total[at] += np.sqrt(np.outer(broken[some], broken[some])) * same
     turns = before[at] / np.outer(steps[some], steps[some])
     for k in range(1, HARMONICS + 1):
         total[at] += _products(heights[some, k - 1], (2 * np.pi * k) ** 2 * turns)
@@ -50,11 +52,12 @@ def rounding_covariance(observations: Observations, before: Matrix, patterns: Ma
 
 def _products(p: Phasors, phase: Matrix) -> Matrix:
     """(m, m) mean products of Im p exp(i e) - Im p for normal e of a covariance (m, m) [rad^2]."""
-    alone = np.diag(phase)
-    apart, along = (0.5 * (alone[:, None] + alone) + sign * phase for sign in (-1.0, 1.0))
-    mean = np.outer(p, p.conj()).real * np.exp(-apart) - np.outer(p, p).real * np.exp(-along)
-    cross = np.outer(p.imag * np.exp(-0.5 * alone), p.imag)
-    return np.asarray(0.5 * mean - cross - cross.T + np.outer(p.imag, p.imag))
+    alone = 0.5 * np.diag(phase)
+    both, kept = alone[:, None] + alone, np.exp(-alone)
+    apart, along = np.exp(phase - both), np.exp(-phase - both)
+    mean = np.outer(p.real, p.real) * (apart - along) + np.outer(p.imag, p.imag) * (apart + along)
+    left, stays = p.imag * (1.0 - kept), p.imag * kept
+    return np.asarray(0.5 * mean + np.outer(left, left) - np.outer(stays, stays))
 
 
 def _speckled(patch: Patch, speckle: Effect) -> Matrix:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import qr
 
-from fusion.discrepancy.decisions import SURE
+from fusion.discrepancy.decisions import FAR, SURE
 from fusion.discrepancy.inference.covariance import BENDS_M
 from fusion.discrepancy.inference.loose import Loose
 from fusion.discrepancy.inference.shapes import room_columns, shape_columns
@@ -27,7 +27,6 @@ MUCH = (
 )
 MOST_COLUMNS = 0.7  # of the tiles: with more, what is left says nothing
 FAINT = 1e-8  # of the largest direction: rounding
-FAR = 4.0  # standard deviations beyond which a tile is told of otherwise, and not by the spread of all
 
 
 def loose_of(

@@ -21,7 +21,7 @@ def shape_covariance(observations: Observations) -> Matrix:
     for rows, patch in observations.rows():
         said = patch.block.stage.mesh_sigma_m
         if loose.bent if said is None else said:
-            known.append((rows, patch.block.stage, *_surface(patch)))
+            known.append((rows, patch.block.stage, *surface(patch)))
     for rows, stage, points, lever in known:
         for others, other, other_points, other_lever in known:
             alike = _alike(stage, other, points, other_points, loose)
@@ -39,7 +39,7 @@ def mesh_columns(observations: Observations) -> Matrix:
     n = len(observations.residual)
     if any(patch.block.stage.caster is None for patch in observations.patches):
         return np.zeros((n, 0))
-    seen = [(rows, patch, _surface(patch)[0]) for rows, patch in observations.rows()]
+    seen = [(rows, patch, surface(patch)[0]) for rows, patch in observations.rows()]
     every = np.concatenate([points for _, _, points in seen])
     middle, off = every.mean(axis=0), USUAL_SCALE * float(np.linalg.norm(every - every.mean(axis=0), axis=1).mean())
     out = np.zeros((n, 4))
@@ -65,7 +65,7 @@ def mesh_off(observations: Observations, pulled: Vector) -> tuple[float, float]:
         return 0.0, 0.0
     columns = observations.loose.mesh * mesh_columns(observations)
     weights = columns.T @ pulled
-    levers = np.concatenate([_surface(patch)[1] for patch in observations.patches])
+    levers = np.concatenate([surface(patch)[1] for patch in observations.patches])
     off = float(np.sqrt(np.mean(np.square(columns @ weights / levers))))
     return float(USUAL_SCALE * observations.loose.mesh * weights[0]), off
 
@@ -80,7 +80,7 @@ def bent_m(observations: Observations, pulled: Vector) -> float:
         return 0.0
     likeliest = shape_covariance(observations) @ pulled
     unsaid = [
-        likeliest[rows] / _surface(patch)[1]
+        likeliest[rows] / surface(patch)[1]
         for rows, patch in observations.rows()
         if patch.block.stage.mesh_sigma_m is None
     ]
@@ -118,7 +118,7 @@ def _bending(observations: Observations, length_m: float, common: bool) -> Matri
     shapes: dict[str, list[tuple[slice, Matrix, Vector]]] = {}
     for rows, patch in observations.rows():
         if patch.block.stage.mesh_sigma_m is None:
-            shapes.setdefault("" if common else patch.block.stage.shape, []).append((rows, *_surface(patch)))
+            shapes.setdefault("" if common else patch.block.stage.shape, []).append((rows, *surface(patch)))
     blocks = [np.zeros((n, 0))]
     for parts in shapes.values():
         points, lever = np.concatenate([part[1] for part in parts]), np.concatenate([part[2] for part in parts])
@@ -129,7 +129,7 @@ def _bending(observations: Observations, length_m: float, common: bool) -> Matri
     return np.concatenate(blocks, axis=1)
 
 
-def _surface(patch: Patch) -> tuple[Matrix, Vector]:
+def surface(patch: Patch) -> tuple[Matrix, Vector]:
     """(n, 3) points of the tiles in the world [m], and (n,) native units per metre along the surface's normal."""
     seen = patch.view.camera.points(patch.depth)
     at = np.column_stack([patch.tiles.mean(seen[..., axis]) for axis in range(3)])

@@ -45,7 +45,7 @@ def sizes_of(white: Vector, parts: Sequence[Matrix], freedom: int) -> Sizes:
     """
     total = float(white @ white)
     best = Sizes(total / freedom, (), freedom * (np.log(total / freedom) + 1.0))
-    reduced = {k: _reduced(part) for k, part in enumerate(parts) if np.any(part)}
+    reduced = {k: independent(part) for k, part in enumerate(parts) if np.any(part)}
     alone = {k: _sized(white, [part], freedom, None) for k, part in reduced.items()}
     joined: list[int] = []
     for k in sorted(alone, key=lambda k: alone[k].cost):
@@ -103,7 +103,7 @@ def _sized(white: Vector, parts: Sequence[Matrix], freedom: int, start: Sequence
     return Sizes(float(np.exp(found.x[0])), tuple(np.exp(found.x[1:]).tolist()), float(found.fun))
 
 
-def _reduced(columns: Matrix) -> Matrix:
+def independent(columns: Matrix) -> Matrix:
     """(n, r) columns with nearly the same products among tiles, along independent directions."""
     values, vectors = np.linalg.eigh(columns.T @ columns)
     return np.asarray(columns @ vectors[:, values > FAINT * max(float(values[-1]), 1e-300)])

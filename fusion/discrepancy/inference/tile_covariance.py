@@ -16,14 +16,15 @@ from fusion.discrepancy.inference.own_pattern import own_patterns
 from fusion.discrepancy.inference.rounding import rounding_covariance
 from fusion.discrepancy.inference.shapes import mesh_columns, shape_covariance
 from fusion.discrepancy.observe.observations import Observations, Patch
+from fusion.discrepancy.observe.placements import FLOOR_M
 from fusion.sensor.effect import Effect
 from fusion.sensor.laws.surface import rigid_motions
 from fusion.sensor.parameter import parameters
 
 Vector = NDArray[np.float64]
 
-# what the model of a tile leaves open, in native units: guess, a hundredth of usual noise
-FLOOR = {True: 2e-5, False: 7e-4}  # [m] time of flight, [px] triangulation
+# what the model of a tile leaves open, in native units, as that of a square
+FLOOR = {True: FLOOR_M, False: 7e-4}  # [m] time of flight, [px] triangulation
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.decisions import ALIKE, REPLICATED
+from fusion.discrepancy.inference.identifiability import ROOMY
 from fusion.discrepancy.naming.effect_part import EffectPart
 from fusion.discrepancy.naming.evidence import by_chance, inflation, left_out_gain, replicated_share
 from fusion.discrepancy.naming.intervals import spreads_of
@@ -40,7 +41,6 @@ class Step:
         alike: names that this data cannot tell from it.
         std: of its size, as a share of it.
         weights, weights_std: (k,) of the atoms.
-        white_before: (n,) what it had to explain, in units of the covariance.
         shapes_std: of the searched shapes, by name.
         price: what its freedom costs, in units of the gain.
         together: two names that this data cannot tell from it when both are there.
@@ -55,7 +55,6 @@ class Step:
     std: float
     weights: Vector
     weights_std: Vector
-    white_before: Vector
     shapes_std: dict[str, float] = field(default_factory=dict)
     price: float = 0.0
     together: tuple[str, ...] = ()
@@ -91,7 +90,6 @@ def judged_next(fit: PartsFit, found: NextPart, candidates: Sequence[Candidate])
         1.0 / length,
         part.weights,
         spread,
-        fit.white,
     )
 
 
@@ -123,7 +121,6 @@ def _step(
         else 1.0 / max(length, 1e-12),
         part.weights,
         spreads[weights],
-        fit.white + part.footprint,
         about,
         own.gain - own.score if np.isfinite(own.score) else 0.0,
         _together(fit, part, candidates, space),
@@ -145,7 +142,7 @@ def _alike(fit: PartsFit, part: EffectPart, candidates: Sequence[Candidate], spa
     fitted = space.of(part.footprint)
     length = float(np.linalg.norm(fitted))
     share = _share(fit, part.candidate.where)
-    most = part.candidate.columns.shape[1] + 6
+    most = part.candidate.columns.shape[1] + ROOMY
     taken = {other.name for other in (*fit.parts, part)}
     whole = _whole(fit, part, space)
     for other in candidates:

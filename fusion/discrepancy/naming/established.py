@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from fusion.discrepancy.decisions import NOTICED
 from fusion.discrepancy.naming.assessment import Step
 from fusion.discrepancy.naming.effect_part import EffectPart
 from fusion.discrepancy.naming.evidence import inflation
@@ -11,6 +12,7 @@ from fusion.discrepancy.naming.extrapolation import Extrapolation
 from fusion.discrepancy.naming.heterogeneity import unevenness
 from fusion.discrepancy.naming.refit import PartsFit, refitted
 from fusion.discrepancy.naming.search.step import NextPart
+from fusion.evaluation.quantization import LEVEL
 
 FAINT_WAVE = 0.003  # of the first gain: one more wave of a named effect that brings less is a matter of its form
 FAINT_NAME = 0.02  # of the first gain: less may be the form of a named effect, and is told of as likely
@@ -18,8 +20,7 @@ NEARLY_ALL = 0.75  # of all that is left beyond noise: one that explains so much
 FORM = 0.01  # of the first gain, a tenth of its size: no law of a catalogue is known better than that
 FAINT_REGION = 0.1  # the same for one that acts in a region only, and for a field beside a field
 CLEARLY = 1.5  # times what a size that differs would explain: another cause explained twice to 25 times that
-CHANCE = 4.0  # of the chi2 where a part hardly shows: two standard deviations of one number contradict nothing
-UNSURE = 1 / 1.645  # of a size: its own interval of 90 % does not tell it from zero
+UNSURE = 1 / LEVEL  # of a size: its own interval of 90 % does not tell it from zero
 LIKELY = 0.01  # a probability below which an effect is told of, though it is not established
 
 
@@ -46,7 +47,7 @@ def is_faint(fit: PartsFit, found: NextPart) -> bool:
 
 def contradicted(fit: PartsFit, beyond: Extrapolation) -> list[int]:
     """Parts that make the recordings held back worse by more than chance and more than a tenth of their size does."""
-    chance = CHANCE * inflation(fit.white)
+    chance = NOTICED * inflation(fit.white)
     told = [(k, gain) for k, gain in enumerate(beyond.gains) if gain is not None]
     return [k for k, gain in told if -gain > max(chance, FORM * gain_of(fit.parts[k]))]
 

@@ -14,11 +14,22 @@ Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 
 
-def left_out_gain(seen: Matrix, target: Vector, place: NDArray[np.intp], size: float = 0.0) -> float:
-    """Drop of the chi2 in each recording, with weights of columns (n, k) fitted to the others; not in place -1."""
+FAINT = 1e-6  # of the power that columns without any are taken to have
+
+
+def left_out_gain(
+    seen: Matrix, target: Vector, place: NDArray[np.intp], size: float = 0.0, ridge: float = 1e-9
+) -> float:
+    """Drop of the chi2 in each recording, with weights of columns (n, k) fitted to the others; not in place -1.
+
+    Args:
+        size: usual one of the weights of a field.
+        ridge: of the mean power of other columns: where the data say nothing, a weight is small.
+    """
     total = 0.0
     normal, moment = seen.T @ seen, seen.T @ target
-    normal = normal + np.eye(len(normal)) * (size**-2 if size else 1e-9 * np.trace(normal) / len(normal))
+    damped = ridge * max(float(np.trace(normal)), FAINT) / max(len(normal), 1)
+    normal = normal + np.eye(len(normal)) * (size**-2 if size else damped)
     for g in np.unique(place[place >= 0]):
         own, aim = seen[place == g], target[place == g]
         weights = np.linalg.solve(normal - own.T @ own, moment - own.T @ aim)

@@ -3,13 +3,13 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.discrepancy.decisions import FEWEST
 from fusion.discrepancy.naming.evidence import inflation
 from fusion.discrepancy.naming.heterogeneity import unevenness
 from fusion.discrepancy.naming.refit import PartsFit
 
 Vector = NDArray[np.float64]
 
-FEWEST = 5  # recordings from which on their disagreement says something
 ALONE = 4.0  # a recording without which the variance grows by more than this is the only one that tells
 
 

@@ -116,24 +116,18 @@ def _grown(fit: PartsFit, candidates: Sequence[Candidate]) -> tuple[PartsFit, St
             break
         larger = _with(fit, found, candidates) if found.established else None
         if larger is None:
-            passed_over.add(found.part.name)  # in full, in new recordings, or within its range it does not help
+            passed_over.add(found.part.name)  # in full, or in new recordings, it does not help
             likely = likely or _told_of(fit, found, open_to)
             continue
-        replaced = len(larger.parts) <= len(fit.parts)
         fit, earlier, likely = larger, likely or earlier, None
-        if replaced:
-            break  # it took the place of another: what the next would do is known
     return fit, likely or earlier
 
 
 def _with(fit: PartsFit, found: NextPart, candidates: Sequence[Candidate]) -> PartsFit | None:
-    """The fit with a further part; None where it does not help in full, or bends a law to the end of its range."""
+    """The fit with a further part; None where it does not help in full."""
     larger = refitted(_of_one_region([*fit.parts, found.part], fit), fit.observations, fit.covariance)
     helped = larger.white @ larger.white < fit.white @ fit.white - 0.5 * found.gain
-    if not helped or _bent(larger):
-        return None
-    better = reviewed(larger, candidates)
-    return None if _bent(better) else better
+    return reviewed(larger, candidates) if helped else None
 
 
 def _of_one_region(parts: Sequence[EffectPart], fit: PartsFit) -> list[EffectPart]:
@@ -153,10 +147,6 @@ def _everywhere(part: EffectPart, fit: PartsFit) -> EffectPart:
 def _of_waves(part: EffectPart) -> bool:
     """True for an effect that may hold several entries of its kind."""
     return any(about.kind == "list" for about in parameters(part.candidate.form.kind).values())
-
-
-def _bent(fit: PartsFit) -> bool:
-    return any(part.at_bound(fit.observations) for part in fit.parts)
 
 
 def unconfirmed(named: Named, observations: Observations, white: Vector) -> Named:

@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.discrepancy.decisions import NOTICED
 from fusion.discrepancy.inference.tile_covariance import TileCovariance, pose_columns
 from fusion.discrepancy.observe.frame_block import FrameBlock
 from fusion.discrepancy.observe.observations import Observations
@@ -18,7 +19,6 @@ from fusion.discrepancy.observe.observations import Observations
 Vector = NDArray[np.float64]
 
 ROUNDS = 3  # each leaves the product of what is left of the error and the error: after two it is a thousandth
-MATTERS = 4.0  # by which the chi2 must fall: two standard deviations of one number
 
 
 def at_likely_poses(
@@ -34,7 +34,7 @@ def at_likely_poses(
             replace(k, moved=errors[k.place], held=k.held and replace(k.held, moved=errors[k.place])) for k in blocks
         ]
         after = covariance.whiten(observations.seen_again(moved).residual)
-    return moved if before @ before - after @ after > MATTERS else list(blocks)
+    return moved if before @ before - after @ after > NOTICED else list(blocks)
 
 
 def _by_recording(observations: Observations, weights: Vector) -> defaultdict[int, tuple[float, ...]]:

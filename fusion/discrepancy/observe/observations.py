@@ -162,14 +162,14 @@ class Observations:
         return np.sqrt(uneven)[self.place] if uneven else np.ones(len(self.place))
 
 
-def observe(sensor: Sensor, blocks: Sequence[FrameBlock]) -> Observations:
-    """Predict every block with a sensor model and cut it into tiles."""
+def observe(sensor: Sensor, blocks: Sequence[FrameBlock], most: int = MOST_TILES) -> Observations:
+    """Predict every block with a sensor model and cut it into tiles, about `most` of them."""
     many = {block.place for block in blocks if sum(other.place == block.place for other in blocks) > SERIES}
     patches = [_patch(sensor, block, 2 if block.place in many else 1) for block in blocks]
     start, side, count = patches, SIDE_PX, sum(len(patch.tiles) for patch in patches)
-    while count > MOST_TILES and side < LARGEST_PX:
+    while count > most and side < LARGEST_PX:
         # no larger than they must be: what swings within a tile is not seen
-        side = min(max(side + 1, int(side * np.sqrt(count / MOST_TILES))), LARGEST_PX)
+        side = min(max(side + 1, int(side * np.sqrt(count / most))), LARGEST_PX)
         patches = [replace(p, tiles=tiling(p.tiles.label >= 0, p.tiles.side // SIDE_PX * side)) for p in start]
         count = sum(len(patch.tiles) for patch in patches)
     return Observations(sensor, tuple(patches))

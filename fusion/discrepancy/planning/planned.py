@@ -20,6 +20,7 @@ from fusion.simulation.rendering.render import RayCaster
 from fusion.simulation.scene.scene import Scene
 
 FRAMES = 10
+MOST_TILES = 700  # how clearly something would show is asked, and not where
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,7 @@ def planned(choice: Choice, sensor: Sensor, like: Sequence[FrameBlock]) -> Plann
     """The choice seen by a sensor with the camera and the care of the blocks at hand; None where nothing is seen."""
     casters: dict[int, RayCaster] = {}
     blocks = [_block_of(setup, sensor, like, casters) for setup in choice.setups()]
-    observations = observe(sensor, blocks)
+    observations = observe(sensor, blocks, MOST_TILES)
     return Planned(choice, observations) if len(observations.residual) > 20 else None
 
 

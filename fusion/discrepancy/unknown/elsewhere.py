@@ -3,18 +3,21 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.discrepancy.naming.evidence import FAINT, left_out_gain
+
 Vector = NDArray[np.float64]
 
-FAINT = 1e-6  # of the power that columns without any are taken to have
+RIDGE = 1e-4  # of the mean power of the columns
 
 
-def gain_elsewhere(columns: Vector, white: Vector, place: NDArray[np.intp], ridge: float = 1e-4) -> float:
+def gain_elsewhere(columns: Vector, white: Vector, place: NDArray[np.intp], ridge: float = RIDGE) -> float:
     """Drop of the chi2 in each recording, with weights fitted to the others; of a single one, in four parts of it."""
     groups = place if len(np.unique(place)) > 1 else np.arange(len(place)) * 4 // max(len(place), 1)
-    normal, moment, total = columns.T @ columns, columns.T @ white, 0.0
-    damped = ridge * max(float(np.trace(normal)), FAINT) / max(len(normal), 1) * np.eye(len(normal))
-    for g in np.unique(groups):
-        own, w = columns[groups == g], white[groups == g]
-        weights = np.linalg.solve(normal - own.T @ own + damped, moment - own.T @ w)
-        total += float(w @ w - ((w - own @ weights) ** 2).sum())
-    return total
+    return left_out_gain(columns, white, groups, ridge=ridge)
+
+
+def weights_of(columns: Vector, white: Vector, ridge: float = RIDGE) -> Vector:
+    """Least squares; where the data say nothing, the weight is small."""
+    normal = columns.T @ columns
+    damped = ridge * max(float(np.trace(normal)), FAINT) / max(len(normal), 1)
+    return np.asarray(np.linalg.solve(normal + damped * np.eye(len(normal)), columns.T @ white))

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.discrepancy.inference.shapes import surface
 from fusion.discrepancy.inference.tile_covariance import TileCovariance
 from fusion.discrepancy.observe.observations import Observations
 from fusion.discrepancy.unknown.elsewhere import gain_elsewhere
@@ -82,13 +83,7 @@ def _frames(observations: Observations) -> Iterator[tuple[str, NDArray[np.intp]]
 
 def _surface(observations: Observations) -> NDArray[np.intp]:
     """Cells of the object's surface, in its own frame."""
-    points = []
-    for patch in observations.patches:
-        seen = patch.view.camera.points(patch.depth)
-        at = np.column_stack([patch.tiles.mean(seen[..., axis]) for axis in range(3)])
-        T = patch.block.T_world_camera
-        points.append(at @ T[:3, :3].T + T[:3, 3])
-    where = np.concatenate(points)
+    where = np.concatenate([surface(patch)[0] for patch in observations.patches])
     spans = np.ptp(where, axis=0)
     # a surface: two of the three directions count
     side = float(np.sqrt(np.prod(np.sort(spans)[1:]) / MOST_CELLS))

@@ -14,8 +14,8 @@ from fusion.discrepancy.inference.tile_covariance import MeasuredTiles, TileCova
 from fusion.discrepancy.naming.evidence import inflation
 from fusion.discrepancy.naming.search.step import WITHIN
 from fusion.discrepancy.observe.observations import Observations
-from fusion.discrepancy.unknown.elsewhere import gain_elsewhere
-from fusion.discrepancy.unknown.search import best_term
+from fusion.discrepancy.unknown.elsewhere import gain_elsewhere, weights_of
+from fusion.discrepancy.unknown.search import WORTH, TermColumns, best_term
 from fusion.discrepancy.unknown.smooth import smooth_table
 from fusion.discrepancy.unknown.table import TermTables, pixel_columns, table_of, unit_of
 from fusion.discrepancy.unknown.terms import UnknownTerm
@@ -27,7 +27,6 @@ Vector = NDArray[np.float64]
 
 MOST_TERMS = 3
 MOST_VARIABLES = 3
-WORTH = 0.08  # of the gain of all terms: one that brings less is no part of the law
 ENOUGH = 0.7  # of what smooth functions explain: a formula that reaches less is no formula of it
 TRIED = 2000.0  # about how many forms are tried
 
@@ -85,17 +84,17 @@ def law_of(
 
 def _terms(white: Vector, observations: Observations, covariance: TileCovariance) -> tuple[list[UnknownTerm], Vector]:
     """The terms of a formula, each the best beside the others, and what they leave (n,)."""
-    at, exact = law_variables(observations), partial(pixel_columns, observations=observations)
+    exact = partial(pixel_columns, observations=observations)
+    seen = TermColumns(law_variables(observations), MeasuredTiles(observations, covariance), exact)
 
     def left_by(terms: Sequence[UnknownTerm]) -> Vector:
         if not terms:
             return white
-        columns = covariance.whiten(np.concatenate([exact(term) for term in terms], axis=1))
+        columns = np.concatenate([seen.at_pixels(term) for term in terms], axis=1)
         return np.asarray(white - columns @ np.linalg.lstsq(columns, white, rcond=None)[0])
 
     def beside(others: Sequence[UnknownTerm]) -> UnknownTerm | None:
-        chosen = best_term(left_by(others), at, MeasuredTiles(observations, covariance), exact)
-        return None if chosen is None else chosen[0]
+        return best_term(left_by(others), seen)
 
     terms: list[UnknownTerm] = []
     left = white
@@ -143,7 +142,7 @@ def _table(
     white: Vector, observations: Observations, covariance: TileCovariance, found: UnrestrictedGain
 ) -> UnknownLaw:
     variables, columns, table_from = smooth_table(observations, found.variables)
-    weights = _ridge(covariance.whiten(columns), white)
+    weights = weights_of(covariance.whiten(columns), white)
     unit, symbol = unit_of(observations)
     rms = float(np.sqrt(np.mean((columns @ weights) ** 2))) * unit
     text = f"no simple formula; a table over {' and '.join(variables)} with an rms of {rms:.3g} {symbol}"
@@ -170,13 +169,6 @@ def _elsewhere(variables: Sequence[str], own: Vector, white: Vector, observation
         return gain_elsewhere(own, white, observations.place)
     changes = len(np.unique(observations.block_number)) > 1 and set(variables) & set(WITHIN)
     return gain_elsewhere(own, white, observations.block_number) if changes else 0.0
-
-
-def _ridge(columns: Vector, white: Vector) -> Vector:
-    """Least squares; where the data say nothing, the weight is small."""
-    normal = columns.T @ columns
-    ridge = 1e-4 * np.trace(normal) / max(len(normal), 1) * np.eye(len(normal))
-    return np.asarray(np.linalg.solve(normal + ridge, columns.T @ white))
 
 
 def _width(term: UnknownTerm, observations: Observations) -> int:

@@ -24,7 +24,6 @@ class Nearest:
         cosine: between the law and the best that the entry can make of it.
         gain: share of the law's own gain that it reaches.
         left: variables on which what it leaves still depends.
-        left_gain: drop of the chi2 that they bring.
         numbers: how many the entry is fitted with.
     """
 
@@ -32,7 +31,6 @@ class Nearest:
     cosine: float
     gain: float
     left: tuple[str, ...]
-    left_gain: float
     numbers: int
 
     @property
@@ -67,6 +65,5 @@ def nearest_of(law: UnknownLaw, candidates: Sequence[Candidate], white: Vector, 
         max(cosine, 0.0),
         min(float(own @ own) / max(law.gain, 1e-9), 1.0),
         left.variables if left.gain > 0 else (),
-        left.gain,
         candidate.basis.shape[1],
     )

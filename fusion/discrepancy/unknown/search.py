@@ -1,14 +1,14 @@
 """Search: the term of an unknown law that predicts recordings best from the others."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from fusion.discrepancy.inference.tile_covariance import MeasuredTiles, TileCovariance
+from fusion.discrepancy.inference.tile_covariance import MeasuredTiles
 from fusion.discrepancy.unknown.elsewhere import gain_elsewhere
 from fusion.discrepancy.unknown.families import shapes_of
 from fusion.discrepancy.unknown.terms import UnknownTerm
@@ -23,7 +23,7 @@ ALIKE = 0.8  # of the gain: a finer wave that has it may be the better one once 
 NEARBY = (0.96, 0.98, 1.0, 1.02, 1.04)  # times the period that means of tiles give
 SHORTEST = 0.75  # tiles: a tile's mean keeps a fifth of a wave of that length
 FAINT = 1e-6
-MORE = 0.08  # of the gain: what a further variable must bring, as a further term must
+WORTH = 0.08  # of the gain: what a further variable or term must bring
 
 
 class _Tried(NamedTuple):
@@ -34,32 +34,51 @@ class _Tried(NamedTuple):
     columns: Vector
 
 
-def best_term(
-    white: Vector,
-    at: Mapping[str, Vector],
-    data: MeasuredTiles,
-    exact: Callable[[UnknownTerm], Vector],
-) -> tuple[UnknownTerm, Vector] | None:
-    """The term that predicts recordings best from the others, and its whitened columns (n, k); None when none does.
+@dataclass(frozen=True)
+class TermColumns:
+    """Terms in units of the covariance, each computed once however often it is tried.
 
-    Args:
-        white: (n,) what is to be explained.
-        at: variables (n,).
+    Attributes:
+        at: variables (n,), as means over tiles.
         data: whose tiles, and how far they may be off.
         exact: columns (n, k) of a term from its values at the pixels, not from those at the means of tiles.
     """
-    covariance, place = data.covariance, data.observations.place
-    singles = _scored(
-        [UnknownTerm((shape,)) for name, x in at.items() for shape in shapes_of(name, x)], white, at, covariance
-    )
+
+    at: Mapping[str, Vector]
+    data: MeasuredTiles
+    exact: Callable[[UnknownTerm], Vector]
+    _means: dict[UnknownTerm, Vector] = field(default_factory=dict)
+    _pixels: dict[UnknownTerm, Vector] = field(default_factory=dict)
+
+    def of_means(self, terms: Sequence[UnknownTerm]) -> list[Vector]:
+        """(n, k) of each, whitened in one go."""
+        new = [term for term in dict.fromkeys(terms) if term not in self._means]
+        blocks = [_sized(term.columns(self.at)) for term in new]
+        if blocks:
+            ends = np.cumsum([block.shape[1] for block in blocks])
+            white = self.data.covariance.whiten(np.concatenate(blocks, axis=1))
+            self._means.update(zip(new, np.split(white, ends[:-1], axis=1), strict=True))
+        return [self._means[term] for term in terms]
+
+    def at_pixels(self, term: UnknownTerm) -> Vector:
+        """(n, k) of one."""
+        if term not in self._pixels:
+            self._pixels[term] = self.data.covariance.whiten(_sized(self.exact(term)))
+        return self._pixels[term]
+
+
+def best_term(white: Vector, columns: TermColumns) -> UnknownTerm | None:
+    """The term that predicts recordings of a vector (n,) best from the others; None when none does."""
+    at, place = columns.at, columns.data.observations.place
+    singles = _scored([UnknownTerm((shape,)) for name, x in at.items() for shape in shapes_of(name, x)], white, columns)
     if not singles:
         return None
     # a wave may show only where another variable does not hide it: all of them are tried in products too
     waves = [term for _, term, _ in singles if term.shapes[0].kind == "wave"]
-    products = _scored(list(_scaled(waves, at)), white, at, covariance)
-    kept, scaled = ([_tuned(item, white, at, covariance) for item in _leading(some)] for some in (singles, products))
+    products = _scored(list(_scaled(waves, at)), white, columns)
+    kept, scaled = ([_tuned(item, white, columns) for item in _leading(some)] for some in (singles, products))
     leading = [term for _, term, _ in kept]
-    tried = kept + scaled + _scored([*_scaled(leading, at), *_curved(leading, at)], white, at, covariance)
+    tried = kept + scaled + _scored([*_scaled(leading, at), *_curved(leading, at)], white, columns)
     tried = sorted(tried, key=lambda item: -item.gain)[:FINAL]
     # what differs from recording to recording follows any of their differences: only new recordings tell
     tried = sorted(tried, key=lambda item: -gain_elsewhere(item.columns, white, place))
@@ -67,14 +86,16 @@ def best_term(
     terms = [term for _, term, _ in (*tried[:EXACT], *plain[:1])]
 
     def at_pixels(term: UnknownTerm) -> _Tried:
-        columns = covariance.whiten(_sized(exact(term)))
-        return _Tried(gain_elsewhere(columns, white, place), term, columns)
+        own = columns.at_pixels(term)
+        return _Tried(gain_elsewhere(own, white, place), term, own)
 
     final = [at_pixels(term) for term in terms]
-    final += _finer(terms[0], data.observations.patches[0].tiles.side, at_pixels, max(one.gain for one in final))
+    final += _finer(
+        terms[0], columns.data.observations.patches[0].tiles.side, at_pixels, max(one.gain for one in final)
+    )
     gains = [one.gain for one in final]
     best = final[_plainest([one.term for one in final], gains)]
-    return (best.term, best.columns) if _score(best.columns, white) > 0 and best.gain > 0 else None
+    return best.term if _score(best.columns, white) > 0 and best.gain > 0 else None
 
 
 def _finer(term: UnknownTerm, side: int, at_pixels: Callable[[UnknownTerm], _Tried], gain: float) -> list[_Tried]:
@@ -103,7 +124,7 @@ def _aliases(term: UnknownTerm, side: int) -> Iterator[UnknownTerm]:
 
 def _plainest(terms: Sequence[UnknownTerm], gains: Sequence[float]) -> int:
     """The best of those with the fewest variables: a further one that brings little is no part of the law."""
-    enough = [k for k, gain in enumerate(gains) if gain >= (1 - MORE) * max(gains)]
+    enough = [k for k, gain in enumerate(gains) if gain >= (1 - WORTH) * max(gains)]
     return min(enough or range(len(gains)), key=lambda k: (len(terms[k].variables), -gains[k]))
 
 
@@ -139,15 +160,9 @@ def _curved(terms: Sequence[UnknownTerm], at: Mapping[str, Vector]) -> Iterator[
                     yield UnknownTerm(term.shapes, name, degree, (low + high) / 2, (high - low) / 2)
 
 
-def _scored(
-    terms: Sequence[UnknownTerm], white: Vector, at: Mapping[str, Vector], covariance: TileCovariance
-) -> list[_Tried]:
-    """Score, term and whitened columns of each; whitened in one go."""
-    if not terms:
-        return []
-    blocks = [_sized(term.columns(at)) for term in terms]
-    ends = np.cumsum([block.shape[1] for block in blocks])
-    parts = np.split(covariance.whiten(np.concatenate(blocks, axis=1)), ends[:-1], axis=1)
+def _scored(terms: Sequence[UnknownTerm], white: Vector, columns: TermColumns) -> list[_Tried]:
+    """Score, term and whitened columns of each."""
+    parts = columns.of_means(terms)
     return [_Tried(_score(part, white), term, part) for term, part in zip(terms, parts, strict=True)]
 
 
@@ -157,7 +172,7 @@ def _score(columns: Vector, white: Vector) -> float:
     return float(((basis.T @ white) ** 2).sum()) - basis.shape[1] * float(np.log(len(white)))
 
 
-def _tuned(item: _Tried, white: Vector, at: Mapping[str, Vector], covariance: TileCovariance) -> _Tried:
+def _tuned(item: _Tried, white: Vector, columns: TermColumns) -> _Tried:
     """With its period or time constant between those that were tried."""
     score, term, _ = item
     first = term.shapes[0]
@@ -168,12 +183,12 @@ def _tuned(item: _Tried, white: Vector, at: Mapping[str, Vector], covariance: Ti
         return replace(term, shapes=(first.tuned(number), *term.shapes[1:]))
 
     def loss(number: float) -> float:
-        return -_scored([other(number)], white, at, covariance)[0].gain
+        return -_scored([other(number)], white, columns)[0].gain
 
     near = 0.12 if first.kind != "decay" else 0.6
     bounds = (first.number * (1 - near), first.number * (1 + near))
     found = minimize_scalar(loss, bounds=bounds, method="bounded", options={"maxiter": 9, "xatol": 2e-3 * bounds[0]})
-    return _scored([other(float(found.x))], white, at, covariance)[0] if -found.fun > score else item
+    return _scored([other(float(found.x))], white, columns)[0] if -found.fun > score else item
 
 
 def _sized(columns: Vector) -> Vector:

@@ -49,7 +49,7 @@ def groups_of(observations: Observations, covariance: TileCovariance) -> list[Gr
     depth = known.get("depth")  # not known of tiles of one depth, as of a wall that is faced squarely
     rows: list[tuple[tuple[str, ...], Matrix]] = []
     for name, values in known.items():
-        own = _steps(values) if name in ("u", "v") else _hats(values)
+        own = _steps(values) if name in ("u", "v") else hats(values, knots_of(values, KNOTS))
         if own.shape[1] > 1:
             rows.append(((name,), own))
             if depth is not None and name != "depth":
@@ -106,12 +106,14 @@ def explained(white: NDArray[np.float64], groups: list[Group], known: Matrix) ->
     return UnrestrictedGain(total, tuple(names), white - known @ (known.T @ white) - rest)
 
 
-def _hats(values: NDArray[np.float64]) -> Matrix:
-    """(n, k) piecewise linear functions with knots at quantiles."""
-    knots = np.unique(np.quantile(values, np.linspace(0, 1, KNOTS)))
-    if len(knots) < 2:
-        return np.zeros((len(values), 0))
+def hats(values: NDArray[np.float64], knots: NDArray[np.float64]) -> Matrix:
+    """(n, k) piecewise linear functions, which together are a constant too."""
     return np.column_stack([np.interp(values, knots, row) for row in np.eye(len(knots))])
+
+
+def knots_of(values: NDArray[np.float64], count: int) -> NDArray[np.float64]:
+    """Quantiles of a variable, at most `count`."""
+    return np.unique(np.quantile(values, np.linspace(0, 1, count)))
 
 
 def _steps(values: NDArray[np.float64]) -> Matrix:

@@ -21,6 +21,7 @@ GREY = "#8b94a3"
 INK, SOFT, GRID = "#1c2330", "#5b6575", "#d8dde5"
 _THEMED = {INK: "ink", SOFT: "soft", GRID: "grid"}
 
+PIXELS = 160  # an inch, of pictures in figures
 SEQUENTIAL, DIVERGING = "viridis", "RdBu_r"
 
 STYLE: Any = {
@@ -69,12 +70,9 @@ def styled(more: Mapping[str, object] | None = None) -> Iterator[None]:
 
 def new_figure(width: float, height: float) -> "Figure":
     """An empty figure [inch] without a window; call inside `styled()`."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(width, height), layout="constrained")
-    FigureCanvasAgg(figure)
-    return figure
+    return Figure(figsize=(width, height), layout="constrained")
 
 
 def to_svg(figure: "Figure", name: str, photos: bool = False) -> str:
@@ -82,9 +80,13 @@ def to_svg(figure: "Figure", name: str, photos: bool = False) -> str:
 
     `photos` are pictures to look at and not to measure in: they are kept as WebP, a sixth of the size.
     """
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+
     buffer = io.BytesIO()
     with styled({"svg.hashsalt": name}):
-        figure.savefig(buffer, format="svg", dpi=160, metadata={"Date": None, "Creator": None})
+        figure.dpi = PIXELS
+        # what `savefig` does after it has drawn everything once for nothing
+        FigureCanvasSVG(figure).print_svg(buffer, metadata={"Date": None, "Creator": None})
     svg = buffer.getvalue().decode()
     svg = svg[svg.index("<svg") :]
     svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.S)

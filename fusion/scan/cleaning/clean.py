@@ -37,7 +37,7 @@ def clean(mesh: Mesh, settings: ScanSettings, motion: Motion, voxel: float) -> C
             mesh = vertices_kept(mesh, np.hypot(*mesh.vertices[:, :2].T) <= motion.radius + MARGIN)
         found = Cleaned(*large_parts(mesh, CRUMB))
     else:
-        plate = clear_of_rounding(mesh, fitted_plate(mesh, voxel, motion.table), voxel)
+        plate = clear_of_rounding(mesh, fitted_plate(mesh, voxel, motion.size, motion.table), voxel)
         found = Cleaned(*off_plate(mesh, plate), plate.hidden)
     if not len(found.mesh.faces):
         raise TrackingError("nothing is left of the object", do="pass --keep-plate, or give --box")

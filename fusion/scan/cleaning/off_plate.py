@@ -19,7 +19,7 @@ from fusion.turntable.table.plate import NEAR_PLATE
 from fusion.turntable.table.slab import HALFWAY
 
 Array = NDArray[np.float64]
-FITTED = 0.004  # [m] off the plate's surface up to which vertices take part in its last fit (guess)
+FITTED = 0.04  # of the size, off the plate's surface up to which vertices take part in its last fit (guess)
 FAR = 7.0  # median deviations: 5 standard deviations of normal noise
 HIGHEST = 99.5  # percentile of them that hardly any is higher by
 FEWEST = 100  # level vertices that make a plate
@@ -50,23 +50,25 @@ class FittedPlate:
         return np.asarray(points[:, 2] - _terms(points) @ self.terms)
 
 
-def fitted_plate(mesh: Mesh, voxel: float, table: float | None = None) -> FittedPlate:
+def fitted_plate(mesh: Mesh, voxel: float, size: float, table: float | None = None) -> FittedPlate:
     """The plate near z = 0 by its level vertices; z = 0 itself where too few are seen.
 
     Args:
         mesh: of an object's frame, with normals.
         voxel: that it was made with [m].
+        size: of what turns [m].
         table: height of the table below a plate that turns, seen beside it [m].
     """
     assert mesh.normals is not None
-    near = NEAR_PLATE if table is None else min(NEAR_PLATE, HALFWAY * abs(table))
+    near, fitted = NEAR_PLATE * size, max(FITTED * size, voxel)
+    near = near if table is None else min(near, HALFWAY * abs(table))
     level = np.flatnonzero((mesh.normals[:, 2] > 0.9) & (np.abs(mesh.vertices[:, 2]) < near))
     if len(level) < FEWEST:
-        return FittedPlate(np.zeros(4), FITTED)
+        return FittedPlate(np.zeros(4), fitted)
     level = level[:: max(1, len(level) // 20_000)]
     A, height = _terms(mesh.vertices[level]), mesh.vertices[level, 2]
     fit = np.array([np.median(height), 0, 0, 0])
-    for scale in np.geomspace(near, min(FITTED, near), 12):
+    for scale in np.geomspace(near, min(fitted, near), 12):
         weight = tukey((height - A @ fit) / scale, cut=1.0)
         # the bend and the tilt must not run away where the plate is hardly seen
         ridge = 1e-3 * max(float(np.sum(weight)), 1.0) * np.diag([0, 1e-3, 1e-3, 1e-4])

@@ -1,19 +1,18 @@
-"""The motion of a scan, and the focal length that the scan itself settles."""
+"""What pairs of views say of the motion of a scan, as one camera sees it."""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.geometry.camera import Camera
 from fusion.recording.images.masks import open_masks
-from fusion.recording.recording import Recording
+from fusion.scan.finding.alone import masked, object_alone
 from fusion.scan.finding.frames import load, told_angles
-from fusion.scan.finding.pair_fit import Asked
+from fusion.scan.finding.pair_fit import Asked, PairFit, fit_pairs
+from fusion.scan.finding.passing import without_passing
 from fusion.scan.finding.region import find_region
-from fusion.scan.finding.relieved import relieved
-from fusion.scan.finding.turn import motion_alone
-from fusion.scan.settings import ScanSettings
-from fusion.sensor.sensor import Sensor
+from fusion.turntable.axis import about_axis
 from fusion.turntable.motion import Motion
 from fusion.turntable.views import Region
 from fusion.volume.prepared import Prepared
@@ -26,46 +25,81 @@ class Attempt:
     """A scan as one camera sees it.
 
     Attributes:
-        recording: with the depth that the sensor's model corrects, and the camera.
+        asked: the recording with the depth that the sensor's model corrects, and the camera; the settings.
         region: where the object is.
-        frames: cut to its window, without what stands behind the object and without the errors of depth that the
-            motion was found with; None where one cannot be read.
-        motion: with the frames that cannot be read among the rejected.
+        frames: cut to its window; None where one cannot be read.
+        fit: what pairs of these say.
         told: (n,) angles [rad] that log or stated step say, or None.
+        broken: frames that cannot be read, and why.
     """
 
-    recording: Recording
+    asked: Asked
     region: Region
     frames: list[Prepared | None]
-    motion: Motion
+    fit: PairFit
     told: NDArray[np.float64] | None
+    broken: dict[int, str]
+
+    @property
+    def camera(self) -> Camera:
+        return self.asked.recording.camera
 
     @property
     def misfit(self) -> float:
         """Residual of the frames over the share of the surface that fits [m]: what is left out is no better."""
-        support = float(np.nanmedian(self.motion.support))
-        return float(np.nanmedian(self.motion.residual)) / max(support, 1e-3)
+        motion = self.fit.motion
+        support = float(np.nanmedian(motion.support))
+        return float(np.nanmedian(motion.residual)) / max(support, 1e-3)
 
 
-def attempt(recording: Recording, sensor: Sensor, settings: ScanSettings, start: Motion | None = None) -> Attempt:
-    """Find what turns and how; `start` is its motion where that is known but for the camera: no turn is sought anew.
+def attempt(asked: Asked) -> Attempt:
+    """Find what turns and how.
 
     Raises:
         RecordingError: too few readable frames.
         TrackingError: nothing turns, or not about one axis.
     """
+    recording, settings = asked.recording, asked.settings
     masks = None if settings.mask is None else open_masks(settings.mask, recording)
-    region = find_region(recording, sensor, settings, masks)
+    region = find_region(recording, asked.sensor, settings, masks)
     told = told_angles(recording, settings)
-    loaded, broken = load(recording, sensor, region, masks, settings.color)
-    # print helps to find what nothing was told of; where something was, it judges what came of that
-    frames = loaded if told is None else [None if f is None else replace(f, color=None) for f in loaded]
-    asked = Asked(recording, sensor, settings)
-    moved = motion_alone(frames, asked, region, told, start)
-    if told is None and moved.passed > FEW:  # what passes pulls the views along
-        moved = motion_alone(moved.frames, asked, region, told, moved.motion)
-    motion, frames = moved.motion, relieved(moved.frames, moved.motion.taken_out)
+    frames, broken = load(recording, asked.sensor, region, masks, settings.color)
+    first = Attempt(asked, region, frames, fit_pairs(frames, asked, region, told), told, broken)
     if told is not None:
-        both = zip(frames, loaded, strict=True)
-        frames = [f if f is None or seen is None else replace(f, color=seen.color) for f, seen in both]
-    return Attempt(recording, region, frames, replace(motion, rejected={**motion.rejected, **broken}), told)
+        return first
+    alone = of_object(first, first.fit.motion)
+    if np.mean([a is not b for a, b in zip(*alone, strict=True)]) <= FEW:
+        return first
+    fit = fit_pairs(alone[1], asked, region, None, first.fit.motion)  # what passes pulls the views along
+    return replace(first, frames=alone[1], fit=fit)
+
+
+def seen_by(camera: Camera, before: Attempt) -> Attempt:
+    """The attempt as a camera of another focal length sees it.
+
+    Where all views turn about one axis by themselves, the same pixels show the object, and its motion is known but for
+    the camera. All else is sought anew: the other camera may place frames that had no place, and what print, a hand or
+    a log holds.
+
+    Raises:
+        RecordingError, TrackingError: as of `attempt`.
+    """
+    asked, motion = replace(before.asked, recording=replace(before.asked.recording, camera=camera)), before.fit.motion
+    if before.told is not None or motion.held or any(before.frames[i] is not None for i in motion.rejected):
+        return attempt(asked)
+    squeeze = np.array([before.camera.fx / camera.fx] * 2 + [1.0])
+    region = replace(before.region, low=squeeze * before.region.low, high=squeeze * before.region.high)
+    loaded, _ = load(asked.recording, asked.sensor, region, color=asked.settings.color)
+    both = zip(loaded, before.frames, strict=True)
+    frames = [None if f is None or b is None else masked(f, np.isfinite(b.depth)) for f, b in both]
+    direction = squeeze * motion.axis.direction
+    axis = replace(motion.axis, point=squeeze * motion.axis.point, direction=direction / np.linalg.norm(direction))
+    fit = fit_pairs(frames, asked, region, None, replace(motion, axis=axis))
+    return replace(before, asked=asked, region=region, frames=frames, fit=fit)
+
+
+def of_object(found: Attempt, motion: Motion) -> tuple[list[Prepared | None], list[Prepared | None]]:
+    """The frames of the object alone, and without what passes before it as well."""
+    region = found.region.cut(found.region.window(found.camera))
+    alone = object_alone(found.frames, region, motion)
+    return alone, without_passing(alone, region, about_axis(motion.axis, motion.angles, motion.shifts))

@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 
 
 def fit_model(frames: list[Prepared | None], asked: Asked, region: Region, fit: PairFit) -> Motion:
-    """The motion of pairs made better, where a model of all frames can do so; arguments as of `find_motion`."""
+    """The motion of pairs made better, where a model of all frames can do so; arguments as of `fit_pairs`."""
     motion, camera = fit.motion, asked.recording.camera
     # a model is sharp only where camera and depth fit the motion, and it has one axis
     if motion.shifts is not None or (motion.camera_check.values != motion.taken_out.values).any():

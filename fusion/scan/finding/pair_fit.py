@@ -1,6 +1,6 @@
 """The motion by pairs of views."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -58,19 +58,35 @@ class PairFit:
 
 
 def fit_pairs(
-    frames: list[Prepared | None], asked: Asked, region: Region, commanded: Array | None, start: Motion | None
+    frames: list[Prepared | None], asked: Asked, region: Region, commanded: Array | None, start: Motion | None = None
 ) -> PairFit:
-    """The motion by pairs of views; arguments and errors as of `find_motion`."""
+    """The motion by pairs of views.
+
+    Args:
+        frames: cut to the window of the region.
+        asked: recording and settings.
+        region: where the object is.
+        commanded: (n,) angles [rad] as told, or None: then print helps too, which else judges what came of them.
+        start: a motion that was found before, see `estimate_motion`.
+
+    Raises:
+        RecordingError: the images contradict the step that was told.
+        TrackingError: no frame can be read, or nothing turns about one axis.
+    """
     settings, camera = asked.settings, asked.recording.camera
     cut = region.cut(region.window(camera))
     pixels = [None if f is None else usable(f.surface, cut) for f in frames]
-    both = zip(frames, pixels, strict=True)
-    views = [_nothing(frames) if f is None or p is None else view(f.surface, p, f.color) for f, p in both]
+    views = [
+        _nothing(frames) if f is None or p is None else view(f.surface, p, f.color if commanded is None else None)
+        for f, p in zip(frames, pixels, strict=True)
+    ]
     with stage("motion"):
         if settings.step is not None and not settings.force:
             refuse_contradicted_step(views, cut, settings.step)
         known = None if settings.sensor is None else _known(settings.sensor, camera, region)
         motion, commanded = _motion(views, cut, _Known(commanded, known, settings.step is None), start)
+    if start is not None:
+        motion = replace(motion, rejected={**motion.rejected, **start.rejected})
     return PairFit(motion, commanded, pixels, known)
 
 

@@ -32,7 +32,7 @@ def on_its_plate(motion: Motion, recording: Recording, sensor: Sensor) -> Motion
         except RecordingError:  # told when all frames are loaded
             continue
         views.append(ObjectView(whole, nothing, nothing, nothing[:, 0]))
-    if not views or not has_a_rim(views, motion.axis, motion.table):
+    if not views or not has_a_rim(views, motion.axis, motion.table, motion.size):
         return motion
     lower = motion.table
     axis = replace(motion.axis, point=motion.axis.point + lower * motion.axis.direction)

@@ -18,7 +18,7 @@ from fusion.turntable.jumps import find_jump
 def judged(made: MadeObject) -> Scan:
     """The result, with the evidence that its judgement rests on."""
     placed, free, course = made.placed, made.placed.free, made.placed.course
-    seen, motion, opened = placed.found.attempt, placed.found.attempt.motion, placed.found.opened
+    seen, motion, opened = placed.found, placed.found.motion, placed.found.opened
     frames, region, camera = seen.frames, seen.region, seen.recording.camera
     chosen = _chosen(made)
     with stage("judging"):
@@ -71,7 +71,7 @@ def judged(made: MadeObject) -> Scan:
 
 
 def _chosen(made: MadeObject) -> ScanChoices:
-    opened, seen = made.placed.found.opened, made.placed.found.attempt
+    opened, seen = made.placed.found.opened, made.placed.found
     asked, region = opened.settings, seen.region
     return ScanChoices(
         **vars(made.colored.figures()),

@@ -26,6 +26,7 @@ OFF = 3  # [px] beyond what smoothing makes of the noise of single pixels; print
 CLOSE = ((0, OFF), (OFF, 0))  # rows, columns
 FAR = round(2 * AROUND)  # [px] beyond what contrast keeps of the surroundings
 ELSEWHERE = tuple((FAR * v, FAR * u) for v in (-1, 0, 1) for u in (-1, 0, 1) if v or u)
+HERE = (0, 0)
 
 
 @dataclass(frozen=True)
@@ -34,7 +35,7 @@ class PrintedFrame:
 
     Attributes:
         frame, T: it, and (4, 4) where its camera stood.
-        print: (h, w) see `tones.contrast`, NaN where it does not count.
+        print: (FAR + h + FAR, FAR + w + FAR) see `tones.contrast`, NaN where it does not count and beside the image.
         rows, columns: (m,) of the places.
         points, normals, near: (m, 3), (m, 3), (m,) [m]; `near`: of a place seen there by others.
     """
@@ -78,7 +79,8 @@ def printed(frame: Prepared, region: Region, T: Array) -> PrintedFrame | None:
     points = pose.transform(T, surface.points[v, u].astype(float))
     near = NEAR + NOISES * np.nan_to_num(surface.sigma[v, u].astype(float))
     normals = surface.normals[v, u] @ T[:3, :3].T
-    return PrintedFrame(frame, T, contrast(frame.color, shown), v, u, points, normals, near)
+    print_ = np.pad(contrast(frame.color, shown), FAR, constant_values=np.nan)
+    return PrintedFrame(frame, T, print_, v, u, points, normals, near)
 
 
 def compared(one: PrintedFrame, other: PrintedFrame) -> PrintPair:
@@ -87,28 +89,25 @@ def compared(one: PrintedFrame, other: PrintedFrame) -> PrintPair:
     same = (place >= 0) & (np.abs(other.frame.depth.ravel()[place] - z) < one.near)  # of NaN it is not true
     which, there = np.flatnonzero(same), np.unravel_index(place[same], other.frame.depth.shape)
     here = one.rows[which], one.columns[which]
-    mine, its = _at(one.print, here), _at(other.print, there)
-    alike = _correlation(mine, its)
-    sides = ((one.print, here, mine), (other.print, there, its))
-    own = [float(np.mean([_correlation(known, _at(image, at, by)) for by in CLOSE])) for image, at, known in sides]
-    chances = np.array([_correlation(mine, _at(other.print, there, by)) for by in ELSEWHERE])
+    mine, its = _at(one.print, here, (HERE, *CLOSE)), _at(other.print, there, (HERE, *CLOSE))
+    alike = float(_correlations(mine[0], its[:1])[0])
+    own = min(float(np.mean(_correlations(print_[0], print_[1:]))) for print_ in (mine, its))
+    chances = _correlations(mine[0], _at(other.print, there, ELSEWHERE))
     chances = chances[np.isfinite(chances)]
     chance = float(np.sqrt(np.mean(chances**2))) if len(chances) else float("nan")
-    return PrintPair(alike, min(own), chance)
+    return PrintPair(alike, own, chance)
 
 
-def _at(image: Image, at: tuple[NDArray, ...], by: tuple[int, int] = (0, 0)) -> Array:
-    """(m,) of an image (h, w) at pixels (rows, columns) that are moved by some; NaN beside it."""
-    v, u = at[0] + by[0], at[1] + by[1]
-    h, w = image.shape
-    inside = (v >= 0) & (u >= 0) & (v < h) & (u < w)
-    return np.asarray(np.where(inside, image[np.clip(v, 0, h - 1), np.clip(u, 0, w - 1)], np.nan), float)
+def _at(image: Image, at: tuple[NDArray, ...], by: tuple[tuple[int, int], ...]) -> Array:
+    """(k, m) of an image with a border at pixels (rows, columns), moved by each of k (rows, columns)."""
+    width = image.shape[1]
+    moved = np.array([(FAR + v) * width + FAR + u for v, u in by])
+    return np.asarray(image.ravel()[moved[:, None] + at[0] * width + at[1]], float)
 
 
-def _correlation(a: Array, b: Array) -> float:
-    """Of what both know; contrasts are about 0 of themselves. NaN of too few."""
-    known = np.isfinite(a) & np.isfinite(b)
-    if known.sum() < FEWEST:
-        return float("nan")
-    a, b = a[known], b[known]
-    return float(a @ b) / float(np.sqrt(max(float(a @ a) * float(b @ b), 1e-12)))
+def _correlations(a: Array, others: Array) -> Array:
+    """(k,) of a (m,) with others (k, m), of what both know; contrasts are about 0 of themselves. NaN of too few."""
+    known = np.isfinite(a) & np.isfinite(others)
+    a, b = np.where(known, a, 0), np.where(known, others, 0)
+    product, mine, its = ((x * y).sum(axis=1) for x, y in ((a, b), (a, a), (b, b)))
+    return np.where(known.sum(axis=1) < FEWEST, np.nan, product / np.sqrt(np.maximum(mine * its, 1e-12)))

@@ -53,7 +53,7 @@ def begin(
 
 
 def begun_with(
-    views: Sequence[ObjectView], region: Region, commanded: Array | None, start: State | None = None
+    views: Sequence[ObjectView], region: Region, commanded: Array | None, start: State | Turns | None = None
 ) -> Begun:
     """The first motion: as told, checked against the views, or found from these alone.
 
@@ -61,7 +61,8 @@ def begun_with(
         views: (n) with all their surface points.
         region: where the object is.
         commanded: (n,) angles [rad] as told, or None.
-        start: a motion of all views that was found before, NaN where a view had no place in it; or None.
+        start: a motion of all views that was found before, NaN where a view had no place in it; what a hand made is
+            decided anew, turns about one axis are a beginning as they are. None for nothing.
 
     Raises:
         TrackingError: the views do not fit any turn about one axis.
@@ -74,23 +75,22 @@ def begun_with(
         raise TrackingError("too few frames show the object", found=len(used), expected="3 or more", do="check --box")
     told = None if commanded is None else commanded[used]
     alone = None
-    if told is None:
+    if isinstance(start, Turns):
+        axis, angles = start.axis, start.angles[used]
+    elif told is None or start is not None:
         alone = find_alone(seen, region) if start is None else found_again(seen, start.of(used))
-    if alone is None:
-        stride, steps, axis = _first_axis(seen, (region.low + region.high) / 2, told)
+        axis, angles = alone.state.axis, alone.state.angles
     else:
-        axis = alone.state.axis
+        stride, steps, axis = _first_axis(seen, (region.low + region.high) / 2, told)
     ground = ground_height(seen, axis)
     floor = -np.inf if ground is None else ground + CLEAR
     shown = [above(v, axis, floor, POINTS_FIRST) for v in seen]
     if np.median([len(v.points) for v in shown]) < FEWEST:
         shown, floor = [thinned_view(v, POINTS_FIRST) for v in seen], -np.inf
-    if alone is not None:
-        angles = alone.state.angles - alone.state.angles[0]
-        by_hand = None if alone.lens is None else alone
-        return Begun(used, seen, shown, floor, axis, angles, by_hand)
-    axis, angles = _chain(shown, axis, steps, stride, told)
-    return Begun(used, seen, shown, floor, axis, angles)
+    if start is None and told is not None:
+        axis, angles = _chain(shown, axis, steps, stride, told)
+    by_hand = None if alone is None or alone.lens is None else alone
+    return Begun(used, seen, shown, floor, axis, angles - angles[0], by_hand)
 
 
 def _first_axis(views: list[ObjectView], centre: Array, commanded: Array | None) -> tuple[int, Array, Axis]:

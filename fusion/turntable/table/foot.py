@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from fusion.turntable.views import ObjectView
 
 Array = NDArray[np.float64]
-FLAT = 0.004  # [m] off a plane (guess)
+FLAT = 0.04  # of half the object's largest extent, off a plane (guess)
 TRIES = 300
 SOME = 4000  # points that are looked at
 EACH = 1000  # of each view
@@ -29,13 +29,13 @@ def plate_among(views: Sequence[ObjectView]) -> tuple[Array, Array] | None:
     if not each:
         return None
     points = np.concatenate(each)
-    found = _foot(points, points)
+    found, flat = _foot(points, points), _flat(points)
     if found is None:
         return None
     a, normal = found
     if normal @ a >= 0:  # what is seen from below, with all of the object beyond it, is the object's own front
         return None
-    shares = np.array([np.mean(np.abs((seen - a) @ normal) < FLAT) for seen in each])
+    shares = np.array([np.mean(np.abs((seen - a) @ normal) < flat) for seen in each])
     return found if np.mean(shares > LEAST) >= STAYS else None
 
 
@@ -52,7 +52,7 @@ def foot_normal(behind: Array, points: Array) -> Array | None:
 
 def _foot(behind: Array, points: Array) -> tuple[Array, Array] | None:
     """A point (3,) and the unit normal (3,) of it."""
-    low, high = np.percentile(points, [1, 99], axis=0)
+    (low, high), flat = np.percentile(points, [1, 99], axis=0), _flat(points)
     size = high - low
     near = ((behind > low - size) & (behind < high + size)).all(axis=1)
     under = UNDER * float(size.max())
@@ -69,21 +69,26 @@ def _foot(behind: Array, points: Array) -> tuple[Array, Array] | None:
         if length < 1e-5 or abs(normal[1]) < UPWARDS * length:
             continue
         normal *= -np.sign(normal[1]) / length
-        count = int(np.sum(np.abs((behind - a) @ normal) < FLAT))
-        if count > most and _stands_on((some - a) @ normal, under):
+        count = int(np.sum(np.abs((behind - a) @ normal) < flat))
+        if count > most and _stands_on((some - a) @ normal, under, flat):
             best, most = (a, normal), count
     if best is None:
         return None
     a, normal = best
     for _ in range(3):
-        inside = behind[np.abs((behind - a) @ normal) < FLAT]
+        inside = behind[np.abs((behind - a) @ normal) < flat]
         a = inside.mean(axis=0)
         normal = np.linalg.svd(inside - a, full_matrices=False)[2][2]
     normal = np.asarray(normal * -np.sign(normal[1]))
     # a leaning plane may pass close under what the level one lies far below
-    return (a, normal) if _stands_on((some - a) @ normal, under) else None
+    return (a, normal) if _stands_on((some - a) @ normal, under, flat) else None
 
 
-def _stands_on(height: Array, under: float) -> bool:
+def _flat(points: Array) -> float:
+    """How far off a plane is still on it [m], for points (n, 3) of the object."""
+    return FLAT / 2 * float(np.ptp(np.percentile(points, [1, 99], axis=0), axis=0).max())
+
+
+def _stands_on(height: Array, under: float, flat: float) -> bool:
     lowest = float(np.percentile(height, 2))
-    return bool(np.mean(height > -FLAT) > ABOVE and lowest < under)
+    return bool(np.mean(height > -flat) > ABOVE and lowest < under)

@@ -19,7 +19,7 @@ from fusion.turntable.views import ObjectView
 Array = NDArray[np.float64]
 RINGS, SECTORS = 48, 36
 BEYOND = 1.6  # rings reach so much farther than what turns
-THICK = 0.010  # [m] off the plane that still counts as it, for a tilted axis and a camera that is not calibrated
+THICK = 0.1  # of the size, off the plane that still counts as it, for a tilted axis and a camera that is not calibrated
 LEAST_FRAMES = 3  # that show a cell or look through it
 STEADY = 0.8  # share of these frames in which a cell of a plate is there
 MEASURED = 0.6  # the same, missing depth counted as not there
@@ -42,19 +42,21 @@ class CellCounts:
     missing: Array
 
 
-def is_plate(views: Sequence[ObjectView], axis: Axis, height: float, beyond: float = BEYOND) -> bool:
+def is_plate(views: Sequence[ObjectView], axis: Axis, height: float, size: float, beyond: float = BEYOND) -> bool:
     """True when the level surface at a height [m] along the axis is seen on most sides and does not turn.
 
     Args:
         views: the frames.
         axis: of the turn.
         height: of the surface.
+        size: of what turns [m], see `plate.size_of`.
         beyond: it is looked at up to so many times as far as what turns reaches.
     """
     if not any(len(v.points) for v in views):
         return False
     turning = np.concatenate([v.points for v in views]).astype(float)
-    told, share, there = _steady(views, axis, height, beyond * float(np.percentile(axis.distance(turning)[0], 95)))
+    reach = beyond * float(np.percentile(axis.distance(turning)[0], 95))
+    told, share, there = _steady(views, axis, height, reach, THICK * size)
     unsteady = told & ~there & (share > 0.2)
     area = np.arange(RINGS)[:, None] + 0.5
     rings = there.sum(axis=1) >= LEAST_SECTORS
@@ -62,15 +64,16 @@ def is_plate(views: Sequence[ObjectView], axis: Axis, height: float, beyond: flo
     return bool(around and rings.sum() >= LEAST_RINGS and (area * unsteady).sum() < UNSTEADY * (area * there).sum())
 
 
-def has_a_rim(views: Sequence[ObjectView], axis: Axis, height: float) -> bool:
+def has_a_rim(views: Sequence[ObjectView], axis: Axis, height: float, size: float) -> bool:
     """True when the level surface at a height [m] is round about the axis and one looks past it outside, as beyond a
-    plate; a table goes on, to its own edges or those of the image."""
+    plate; a table goes on, to its own edges or those of the image. The size [m] is that of what turns."""
     shown = np.concatenate([v.map.points[np.isfinite(v.map.points[..., 2])] for v in views]).astype(float)
     radius, above = axis.distance(shown)
-    here = radius[np.abs(above - height) < THICK]
+    thick = THICK * size
+    here = radius[np.abs(above - height) < thick]
     if not len(here):
         return False
-    told, share, there = _steady(views, axis, height, BEYOND * float(np.percentile(here, 95)))
+    told, share, there = _steady(views, axis, height, BEYOND * float(np.percentile(here, 95)), thick)
     outermost = int(np.flatnonzero(there.sum(axis=1) >= LEAST_SECTORS).max(initial=-1))
     ends = there.shape[0] - 1 - np.argmax(there[::-1], axis=0)[there.any(axis=0)]  # of each side
     beyond = (told & (share < 0.2))[outermost + 1 : outermost + 1 + RIM]
@@ -78,10 +81,11 @@ def has_a_rim(views: Sequence[ObjectView], axis: Axis, height: float) -> bool:
 
 
 def _steady(
-    views: Sequence[ObjectView], axis: Axis, height: float, reach: float
+    views: Sequence[ObjectView], axis: Axis, height: float, reach: float, thick: float
 ) -> tuple[NDArray[np.bool_], Array, NDArray[np.bool_]]:
-    """The same for the cells about an axis at a height [m]."""
-    return steady(look_at(views, axis, _plane(views, axis, height), reach))
+    """The same for the cells about an axis at a height, out to a reach; so far off it still counts [m]."""
+    plane = _plane(views, axis, height, thick)
+    return steady(counted(views, axis, plane, thick, [cells_of(axis, plane, reach)] * len(views)))
 
 
 def steady(seen: CellCounts) -> tuple[NDArray[np.bool_], Array, NDArray[np.bool_]]:
@@ -92,21 +96,14 @@ def steady(seen: CellCounts) -> tuple[NDArray[np.bool_], Array, NDArray[np.bool_
     return told, share, told & (seen.there > STEADY * shown) & (share > MEASURED)
 
 
-def look_at(views: Sequence[ObjectView], axis: Axis, plane: Array, reach: float) -> CellCounts:
-    """What the views measure where the plane z = c + a x + b y (3,), in coordinates of the axis, should be.
+def cells_of(axis: Axis, plane: Array, reach: float) -> Array:
+    """The middles (RINGS * SECTORS, 3) of the cells of a plane, ring by ring.
 
     Args:
-        views: the frames.
         axis: z from its point along it, x and y along `across`.
-        plane: (c, a, b) [m, 1, 1].
+        plane: z = c + a x + b y, as (c, a, b) [m, 1, 1].
         reach: radius of the outermost ring [m].
     """
-    cells = cells_of(axis, plane, reach)
-    return counted(views, axis, plane, THICK, [cells] * len(views))
-
-
-def cells_of(axis: Axis, plane: Array, reach: float) -> Array:
-    """The middles (RINGS * SECTORS, 3) of the cells of a plane, ring by ring; as in `look_at`."""
     radius = (np.arange(RINGS) + 0.5)[:, None] * reach / RINGS
     angle = (np.arange(SECTORS) + 0.5) * 2 * np.pi / SECTORS
     x, y = (radius * np.cos(angle)).ravel(), (radius * np.sin(angle)).ravel()
@@ -119,8 +116,7 @@ def counted(views: Sequence[ObjectView], axis: Axis, plane: Array, thick: float,
 
     Args:
         views: the frames.
-        axis: as in `look_at`.
-        plane: its (c, a, b).
+        axis, plane: as in `cells_of`.
         thick: what off it still counts as it [m].
         cells: ring by ring.
     """
@@ -143,16 +139,16 @@ def _above(points: Array, axis: Axis, plane: Array) -> Array:
     return np.asarray(offset @ axis.direction - plane[0] - flat @ plane[1:])
 
 
-def _plane(views: Sequence[ObjectView], axis: Axis, height: float) -> Array:
+def _plane(views: Sequence[ObjectView], axis: Axis, height: float, thick: float) -> Array:
     """(c, a, b) of the level points near a height: an axis that is only guessed leans against its plate."""
     level = [v.map.points[np.einsum("vuk,k->vu", v.map.normals, axis.direction) > 0.9] for v in views]
     points = np.concatenate(level)[:: max(1, sum(map(len, level)) // 20_000)].astype(float)
-    points = points[np.abs(_above(points, axis, np.array([height, 0.0, 0.0]))) < 3 * THICK]
+    points = points[np.abs(_above(points, axis, np.array([height, 0.0, 0.0]))) < 3 * thick]
     terms = np.column_stack([np.ones(len(points)), (points - axis.point) @ axis.across().T])
     z = (points - axis.point) @ axis.direction
     plane = np.array([height, 0.0, 0.0])
     for _ in range(6):
-        weight = tukey((z - terms @ plane) / THICK, cut=1.5)
+        weight = tukey((z - terms @ plane) / thick, cut=1.5)
         ridge = 1e-2 * max(float(weight.sum()), 1.0) * np.diag([1e-3, 1e-3, 1e-3])
         step = np.linalg.solve((terms * weight[:, None]).T @ terms + ridge, terms.T @ (weight * (z - terms @ plane)))
         plane = plane + step

@@ -7,15 +7,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.turntable.axis import Axis
-from fusion.turntable.table.level import BEYOND, has_a_rim, is_plate
+from fusion.turntable.table.level import BEYOND, THICK, has_a_rim, is_plate
 from fusion.turntable.table.slab import LOWEST, WIDER, is_slab, reach_of
 from fusion.turntable.views import ObjectView
 
 Array = NDArray[np.float64]
-THICKEST = 0.06  # [m] a plate may stand above the table, where what turns seems to end (guess)
-HIDDEN = 0.06  # [m] of a foot hardly before what it stands on, nothing may be seen to turn (guess)
+THICKEST = 0.6  # of the size a plate may stand above the table, where what turns seems to end (guess)
+HIDDEN = 0.6  # of the size: of a foot hardly before what it stands on, nothing may be seen to turn (guess)
+NOISES = 3.0  # standard deviations of noise that THICK of the size is at least
+CELL = 0.04  # of the size, of heights
 LEAST_LEVEL = 200  # points of all views that make a level surface (guess)
-NEAR_PLATE = 0.03  # [m] how far from its plane a plate may seem to be, bent by a camera that is not calibrated
+NEAR_PLATE = 0.3  # of the size, how far from its plane a plate may seem to be, bent by a camera that is not calibrated
 
 
 @dataclass(frozen=True)
@@ -45,19 +47,19 @@ def find_plate(
         axis: of the turn.
         motions: (n, 4, 4) what brings the object from its place at angle 0 to that in each view; None: plates of other
             shapes are not looked for.
-        thickest: the highest that one of another shape stands above the table [m].
+        thickest: the highest that one of another shape stands above the table, in sizes of what turns.
     """
-    step = max(1, len(views) // 25)
+    step, size = max(1, len(views) // 25), size_of(views, axis)
     some, turned = views[::step], None if motions is None else motions[::step]
     for below in (NEAR_PLATE, HIDDEN):
-        levels = level_heights(some, axis, (below, THICKEST))
-        found = [h for h in levels if is_plate(some, axis, h)]
-        rimmed = next((h for h in found if has_a_rim(some, axis, h)), None)
+        levels = level_heights(some, axis, (below, THICKEST), size)
+        found = [h for h in levels if is_plate(some, axis, h, size)]
+        rimmed = next((h for h in found if has_a_rim(some, axis, h, size)), None)
         if rimmed is not None:
             return Plate(rimmed)
         # a plate that is wider than what is seen to turn hides the table up to its border
-        tables = found or [h for h in levels if is_plate(some, axis, h, max(WIDER) * BEYOND)]
-        slab = None if turned is None or not tables else _slab(some, axis, turned, (min(tables), thickest))
+        tables = found or [h for h in levels if is_plate(some, axis, h, size, max(WIDER) * BEYOND)]
+        slab = None if turned is None or not tables else _slab(some, axis, turned, (min(tables), thickest), size)
         if slab is not None:
             return Plate(slab, min(tables))
         if found:
@@ -65,16 +67,29 @@ def find_plate(
     return None
 
 
-def _slab(views: Sequence[ObjectView], axis: Axis, motions: Array, table: tuple[float, float]) -> float | None:
+def size_of(views: Sequence[ObjectView], axis: Axis) -> float:
+    """Radius or half the height of what turns [m], whichever is more: lengths about its plate are shares of it.
+
+    What is as small as its noise counts as larger.
+    """
+    radius, height = axis.distance(np.concatenate([v.points for v in views]).astype(float))
+    low, high = np.percentile(height, [1, 99])
+    noise = float(np.median(np.concatenate([v.sigma for v in views])))
+    return max(float(np.percentile(radius, 95)), (high - low) / 2, NOISES * noise / THICK)
+
+
+def _slab(
+    views: Sequence[ObjectView], axis: Axis, motions: Array, table: tuple[float, float], size: float
+) -> float | None:
     """Height of a plate that turns so far [m] above a table that stands still, at most; None where there is none."""
     ground, thickest = table
     reach = max(WIDER) * reach_of(views, axis)
     near = [axis.distance(_level(v, axis)) for v in views]
     height = np.concatenate([h[r < reach] for r, h in near])
-    limits = (ground + LOWEST, ground + thickest)
+    limits = (ground + LOWEST * size, ground + thickest * size)
     height = height[(height > limits[0]) & (height < limits[1])]
-    levels = _largest(height, limits) if len(height) >= LEAST_LEVEL else []
-    return next((h for h in levels if is_slab(views, axis, motions, (h, ground))), None)
+    levels = _largest(height, limits, CELL * size) if len(height) >= LEAST_LEVEL else []
+    return next((h for h in levels if is_slab(views, axis, motions, (h, ground), size)), None)
 
 
 def _level(view: ObjectView, axis: Axis) -> Array:
@@ -89,24 +104,24 @@ def ground_height(views: Sequence[ObjectView], axis: Axis) -> float | None:
     What lies above it shows how the object turns. Where that is the table, the plate and its rim serve too: they say
     nothing of the angle, but hold the axis where an object is nearly round.
     """
-    some = views[:: max(1, len(views) // 25)]
-    return next((h for h in level_heights(some, axis, (NEAR_PLATE, NEAR_PLATE)) if is_plate(some, axis, h)), None)
+    some, size = views[:: max(1, len(views) // 25)], size_of(views, axis)
+    levels = level_heights(some, axis, (NEAR_PLATE, NEAR_PLATE), size)
+    return next((h for h in levels if is_plate(some, axis, h, size)), None)
 
 
-def level_heights(views: Sequence[ObjectView], axis: Axis, about: tuple[float, float]) -> list[float]:
-    """Where much level surface lies [m], so far below to so far above the foot [m], the largest first."""
+def level_heights(views: Sequence[ObjectView], axis: Axis, about: tuple[float, float], size: float) -> list[float]:
+    """Where much level surface lies [m], so far below to so far above the foot, in sizes [m], the largest first."""
     foot = float(np.percentile(np.concatenate([axis.distance(v.points.astype(float))[1] for v in views]), 1))
     height = np.concatenate([axis.distance(_level(v, axis))[1] for v in views])
-    low, high = foot - about[0], foot + about[1]
+    low, high = foot - about[0] * size, foot + about[1] * size
     height = height[(height > low) & (height < high)]
     if len(height) < max(LEAST_LEVEL, 0.02 * sum(len(v.points) for v in views)):
         return []
-    return _largest(height, (low, high))
+    return _largest(height, (low, high), CELL * size)
 
 
-def _largest(height: Array, limits: tuple[float, float]) -> list[float]:
+def _largest(height: Array, limits: tuple[float, float], cell: float) -> list[float]:
     """The medians of the fullest cells [m], the fullest first."""
-    cell = 0.004
     counts, borders = np.histogram(height, np.arange(limits[0], limits[1] + cell, cell))
     least, levels = 0.2 * float(np.max(counts)), []
     while float(np.max(counts)) > max(least, 0):

@@ -28,7 +28,7 @@ from fusion.turntable.table.level import (
 from fusion.turntable.views import ObjectView
 
 Array = NDArray[np.float64]
-LOWEST = 0.005  # [m] above the table: less is its noise (guess; plates are 6 mm thick and more)
+LOWEST = 0.05  # of the size above the table: less is its noise (guess)
 FLAT = 1 / 4  # of its width is the height of a plate above the table at most; a brick or a carton stands higher (guess)
 HALFWAY = 0.45  # of the way down to the table still counts as the slab: what lies below is seen past it
 CARRIED = 0.8  # of the points above it stand over it: an arm may reach out, a step on one side carries little (guess)
@@ -36,7 +36,7 @@ WIDER = (1, 2)  # as far as plates reach, and as far as those of small things do
 PAST = 0.2  # share of the frames in which a cell beyond its border is there at most
 
 
-def is_slab(views: Sequence[ObjectView], axis: Axis, motions: Array, heights: tuple[float, float]) -> bool:
+def is_slab(views: Sequence[ObjectView], axis: Axis, motions: Array, heights: tuple[float, float], size: float) -> bool:
     """True when a level surface turns with the object close above a table, is thin, ends all round, and carries it.
 
     Args:
@@ -44,16 +44,17 @@ def is_slab(views: Sequence[ObjectView], axis: Axis, motions: Array, heights: tu
         axis: of the turn.
         motions: (n, 4, 4) what brings the object from where it is at angle 0 to where each view sees it.
         heights: of the surface and of the table along the axis [m].
+        size: of what turns [m], see `plate.size_of`.
     """
     reach = reach_of(views, axis)
-    return any(_is_slab(views, axis, motions, heights, wider * reach) for wider in WIDER)
+    return any(_is_slab(views, axis, motions, heights, (wider * reach, THICK * size)) for wider in WIDER)
 
 
 def _is_slab(
-    views: Sequence[ObjectView], axis: Axis, motions: Array, heights: tuple[float, float], reach: float
+    views: Sequence[ObjectView], axis: Axis, motions: Array, heights: tuple[float, float], limits: tuple[float, float]
 ) -> bool:
-    height, over = heights[0], heights[0] - heights[1]
-    thick = min(THICK, HALFWAY * over)
+    height, over, (reach, most) = heights[0], heights[0] - heights[1], limits
+    thick = min(most, HALFWAY * over)
     plane = np.array([height, 0.0, 0.0])
     cells = cells_of(axis, plane, reach)
     seen = counted(views, axis, plane, thick, [transform(T, cells) for T in motions])
@@ -68,7 +69,7 @@ def _is_slab(
     wide = 2 * float(np.mean(ends[ends > 0])) * reach / RINGS
     beyond = told & (share < PAST) & (np.arange(RINGS)[:, None] >= ends)
     ended = np.asarray(beyond.any(axis=0))[ends > 0].mean() >= SIDES
-    return bool(ended and over < FLAT * wide and _carried(views, axis, motions, height + THICK, ends * reach / RINGS))
+    return bool(ended and over < FLAT * wide and _carried(views, axis, motions, height + most, ends * reach / RINGS))
 
 
 def reach_of(views: Sequence[ObjectView], axis: Axis) -> float:

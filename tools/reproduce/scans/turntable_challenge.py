@@ -116,7 +116,8 @@ def with_true_poses(
     for frame, T in zip(frames, poses, strict=True):
         fuse(volume, frame, T)
     mesh = volume.surface()
-    mesh, _ = large_parts(off_plate(mesh, clear_of_rounding(mesh, fitted_plate(mesh, voxel), voxel))[0], 1.0)
+    plate = fitted_plate(mesh, voxel, float(np.ptp(reference.vertices, axis=0).max()) / 2)
+    mesh, _ = large_parts(off_plate(mesh, clear_of_rounding(mesh, plate, voxel))[0], 1.0)
     return {
         "corrected": told.line,
         "left": "; ".join((*told.left, *told.doubtful)),

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.decisions import DETECTED
+from fusion.discrepancy.decisions import DETECTED, SECOND_CAUSE
 from fusion.discrepancy.inference.tile_covariance import MeasuredTiles, TileCovariance
 from fusion.discrepancy.naming.effect_part import is_field
 from fusion.discrepancy.naming.evidence import inflation
@@ -22,6 +22,7 @@ Matrix = NDArray[np.float64]
 
 # what regions are cut along; others follow one of them too closely
 ALONG = ("depth", "u", "v", "radius", "incidence", "amplitude", "reflectance", "time", "temperature")
+OF_TIME = ("time", "temperature")
 BINS = 20
 LEAST_SHARE = 0.08  # of the tiles, inside and outside
 FAINT = 0.35  # of the size inside: outside a region the effect must be below
@@ -82,9 +83,16 @@ def best_region(
     for candidate, bound in _worth_a_look(best):
         chosen = tweaked(candidate, bound, values[bound.variable], measured, Aim(space, target))
         result = scored(chosen, space.of(chosen.white), target)
-        paid = _price(chosen.where[0], n) + 2 * float(np.log(max(tried, 1)))
+        paid = _price(chosen.where[0], n) + 2 * float(np.log(max(tried, 1))) + second_cause(chosen)
         results.append(Regional(chosen, replace(result, score=result.score - paid), tried))
     return max(results, key=lambda one: one.scored.score, default=None)
+
+
+def second_cause(candidate: Candidate) -> float:
+    """What a region costs beside its edges: where nothing changes that the law depends on, another cause ends it."""
+    bound = candidate.where[0].variable
+    own = set(OF_TIME) if bound in OF_TIME else {bound}
+    return 0.0 if own & set(candidate.form.kind.variables) else SECOND_CAUSE
 
 
 def _metric(covariance: TileCovariance, space: Space) -> NDArray[np.float32]:

@@ -1,4 +1,4 @@
-"""Review: after each acceptance, what became redundant is removed, and every name is tried against its rivals."""
+"""Review: after each acceptance, regions get their best edges, and every name is tried against its rivals."""
 
 from collections.abc import Sequence
 
@@ -13,45 +13,19 @@ from fusion.discrepancy.naming.search.bounds import tweaked
 from fusion.discrepancy.naming.search.candidates import Candidate, candidate_of
 from fusion.discrepancy.naming.search.region import region_variables
 from fusion.discrepancy.naming.search.score import scored
-from fusion.discrepancy.naming.search.step import REGION_GAIN, scores
+from fusion.discrepancy.naming.search.step import scores
 
 ROUNDS = 2
 
 
 def reviewed(fit: PartsFit, candidates: Sequence[Candidate]) -> PartsFit:
-    """The fit without redundant parts, each part the best of its rivals."""
+    """The fit with regions where they explain most, each part the best of its rivals."""
     for _ in range(ROUNDS):
-        fit = _edged(_widened(_without_redundant(fit)))
+        fit = _edged(fit)
         swapped = _swapped(fit, candidates)
         if swapped is None:
             break
         fit = swapped
-    return _without_redundant(fit)
-
-
-def _without_redundant(fit: PartsFit) -> PartsFit:
-    """Parts that no longer pay for themselves beside the others are taken out, the poorest first."""
-    while len(fit.parts) > 1:
-        own = [_own_score(fit, k) for k in range(len(fit.parts))]
-        worst = int(np.argmin(own))
-        if own[worst] > 0:
-            return fit
-        rest = [part for k, part in enumerate(fit.parts) if k != worst]
-        fit = refitted(rest, fit.observations, fit.covariance)
-    return fit
-
-
-def _widened(fit: PartsFit) -> PartsFit:
-    """Parts whose region is no longer needed beside the others act everywhere."""
-    for k, part in enumerate(fit.parts):
-        if not part.candidate.where or len(fit.parts) < 2:
-            continue
-        space, target = partial_residual(fit, k)
-        whole = candidate_of(fit.observations, fit.covariance, part.candidate.form)
-        own, wide = (scored(c, space.of(c.white), target) for c in (part.candidate, whole))
-        if wide.score > own.score - max(SURE, REGION_GAIN * own.gain):
-            new = EffectPart(whole, wide.weights, wide.size)
-            return refitted([*fit.parts[:k], new, *fit.parts[k + 1 :]], fit.observations, fit.covariance)
     return fit
 
 
@@ -73,12 +47,6 @@ def _edged(fit: PartsFit) -> PartsFit:
         if better.white @ better.white < fit.white @ fit.white:
             fit = better
     return fit
-
-
-def _own_score(fit: PartsFit, k: int) -> float:
-    space, target = partial_residual(fit, k)
-    candidate = fit.parts[k].candidate
-    return scored(candidate, space.of(candidate.white), target).score
 
 
 def _swapped(fit: PartsFit, candidates: Sequence[Candidate]) -> PartsFit | None:

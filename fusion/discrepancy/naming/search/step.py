@@ -7,12 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from fusion.discrepancy.decisions import FALSE_ALARM, REPLICATED, SURE
+from fusion.discrepancy.decisions import FALSE_ALARM, REPLICATED, SECOND_CAUSE, SURE
 from fusion.discrepancy.inference.tile_covariance import TileCovariance
 from fusion.discrepancy.naming.effect_part import EffectPart, is_field
 from fusion.discrepancy.naming.evidence import by_chance, left_out_gain, replicated_share
 from fusion.discrepancy.naming.search.candidates import Candidate, candidate_of
-from fusion.discrepancy.naming.search.region import Regional, best_region, confined
+from fusion.discrepancy.naming.search.region import OF_TIME, Regional, best_region, confined, second_cause
 from fusion.discrepancy.naming.search.score import Scored, scored
 from fusion.discrepancy.naming.search.space import Aim, Space
 from fusion.discrepancy.observe.observations import Observations
@@ -23,9 +23,7 @@ Matrix = NDArray[np.float64]
 
 SHAPES = 2  # of each name that are tried in regions: those that explain most everywhere
 REGION_GAIN = 0.04  # of the whole's gain: a region must explain that much more
-OF_TIME = ("time", "temperature")
 WITHIN = (*OF_TIME, "table_angle")  # what changes while one recording goes on
-KNOWN = 8.0  # score by which an effect that the model holds is preferred: a wrong size is likelier than a second cause
 SIMPLER = 2.0  # score per variable: of laws that fit alike, the one that depends on less
 AS_GOOD = 0.97  # of a field's gain in recordings left out: a simple law in a region needs no more
 
@@ -75,6 +73,7 @@ def best_part(
     candidate, result, tried = whole, own, len({c.name for c in candidates})
     regional = _regional(candidates, all_scored, observations, covariance, Aim(space, target))
     if regional is not None and _beats(regional, own):
+        regional = _own_to_region(regional, candidates, observations, covariance, Aim(space, target))
         everywhere = candidate_of(observations, covariance, regional.candidate.form)
         if confined(regional.candidate, everywhere, space, target) and _replicates_more(
             regional, whole, observations, Aim(space, target)
@@ -93,7 +92,7 @@ def best_part(
 
 def _prior(candidate: Candidate, held: set[str]) -> float:
     """What tips the balance between laws that fit alike: known ones first, then those that depend on less."""
-    return (KNOWN if candidate.name in held else 0.0) - SIMPLER * len(candidate.form.kind.variables)
+    return (SECOND_CAUSE if candidate.name in held else 0.0) - SIMPLER * len(candidate.form.kind.variables)
 
 
 def scores(candidates: Sequence[Candidate], space: Space, target: Vector) -> list[Scored]:
@@ -128,6 +127,29 @@ def _regional(
 def _beats(regional: Regional, whole: Scored) -> bool:
     more = 0.0 if whole.size else REGION_GAIN * whole.gain  # a field has paid for its freedom already
     return regional.scored.score > whole.score + max(SURE, more)
+
+
+def _own_to_region(
+    regional: Regional,
+    candidates: Sequence[Candidate],
+    observations: Observations,
+    covariance: TileCovariance,
+    aim: Aim,
+) -> Regional:
+    """The law that depends on what bounds the region, in any of its shapes, where that is likelier."""
+    space, target = aim
+    where, cause, own = regional.candidate.where, second_cause(regional.candidate), regional
+    if not cause:
+        return regional
+    found = scored(regional.candidate, space.of(regional.candidate.white), target)
+    paid = found.score - regional.scored.score - cause
+    for other in candidates:
+        if not is_field(other) and not second_cause(replace(other, where=where)):
+            candidate = candidate_of(observations, covariance, other.form, where)
+            found = scored(candidate, space.of(candidate.white), target)
+            if found.score - paid > own.scored.score:
+                own = Regional(candidate, replace(found, score=found.score - paid), regional.tried)
+    return own
 
 
 def _of_table(candidate: Candidate) -> bool:

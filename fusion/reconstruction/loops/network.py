@@ -1,7 +1,6 @@
-"""How well the poses of a walk are known: what pairs of its key frames say of each other, and what that leaves open.
+"""The network of a walk's key frames: what pairs of them say of each other, the poses that suit it, their spread.
 
-The pairs make a network, as in surveying: they say how far the poses may be off, and contradict each other by how much
-they are to be believed.
+As in surveying: pairs say how far the poses may be off, and contradict each other by how much they are to be believed.
 """
 
 from collections.abc import Sequence
@@ -11,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.certainty.looks import Looks
-from fusion.geometry.pose import Array, inverse
-from fusion.reconstruction.loops.edges import CLOSE, landmark_edge, surface_edge, tracked_edge
+from fusion.geometry.pose import Array, inverse, transform
+from fusion.reconstruction.loops.edges import CLOSE, FIXED, landmark_edge, surface_edge, tracked_edge
 from fusion.reconstruction.loops.keyframes import Keyframe
 from fusion.reconstruction.loops.overlap import overlaps
 from fusion.tracking.graph import BELIEVED, LOOSE, Edge, held, linear, normal, settle, vectors
@@ -21,15 +20,26 @@ ENOUGH = 0.35  # of the points that two views share, to be held against each oth
 PARTNERS = 3  # earlier ones for each key frame: those that are farthest back and share enough, and the last
 MODES = 0.99  # of the variance of all poses is in the few largest patterns that are kept
 ROUNDS = 4  # in which variance factors settle
+WEIGHED = 2  # times: how far edges of a kind miss each other is known where they have settled
 LEAST = 1e-6  # of the stated variance: less is never claimed
 
 
 def spread_of(poses: Array, edges: Sequence[Edge]) -> Array:
     """Covariance (6 n, 6 n) of world twists of poses (n, 4, 4), as edges bear it out; the first is fixed.
 
+    Where all edges together would have the poses elsewhere, that counts as one more error.
+    """
+    believed, spread = weighed(poses, edges)
+    apart = settle(poses, believed).poses @ inverse(poses)
+    elsewhere = np.concatenate([vectors(apart[:, :3, :3]), apart[:, :3, 3]], axis=1).ravel()
+    return np.asarray(spread + np.outer(elsewhere, elsewhere))
+
+
+def weighed(poses: Array, edges: Sequence[Edge]) -> tuple[list[Edge], Array]:
+    """The edges with the information that they bear out at poses (n, 4, 4), and the covariance that this leaves.
+
     What an edge states of itself is a guess for its kind; how far edges of a kind miss each other tells their variance
-    factor (Förstner 1979: variance components). Edges without a kind keep what they state. Where all edges together
-    would have the poses elsewhere, that counts as one more error.
+    factor (Förstner 1979: variance components). Edges without a kind keep what they state.
     """
     A, gaps = linear(poses, edges)
     stated = np.stack([e.information for e in edges])
@@ -51,10 +61,7 @@ def spread_of(poses: Array, edges: Sequence[Edge]) -> Array:
         for own in owners:
             checked = float((weights * ranks)[own].sum() - taken[own].sum())
             factor[own] = max(float((weights * squares)[own].sum()) / checked, LEAST) if checked > 1 else 1.0
-    believed = [replace(e, information=e.information / by) for e, by in zip(edges, factor, strict=True)]
-    apart = settle(poses, believed).poses @ inverse(poses)
-    elsewhere = np.concatenate([vectors(apart[:, :3, :3]), apart[:, :3, 3]], axis=1).ravel()
-    return np.asarray(out + np.outer(elsewhere, elsewhere))
+    return [replace(e, information=e.information / by) for e, by in zip(edges, factor, strict=True)], out
 
 
 def _between(covariance: Array, A: Array, edges: Sequence[Edge]) -> Array:
@@ -86,19 +93,50 @@ class PoseErrors:
         return np.asarray(np.sqrt(np.sum((moved - lever @ rigid) ** 2, axis=1)))
 
 
-def pose_errors(frames: Sequence[Keyframe], poses: Array) -> PoseErrors | None:
-    """From key frames and the poses (n, 4, 4) of all frames; None with fewer than two placed key frames."""
-    known = [frame for frame in frames if np.isfinite(poses[frame.index]).all()]
-    if len(known) < 2:
+@dataclass(frozen=True)
+class PoseNetwork:
+    """Key frames, and what those that have a place say of each other.
+
+    Attributes:
+        index: (m,) of those, among the key frames.
+        frames: (m) themselves.
+        edges: between them.
+        poses: (k, 4, 4) of all key frames, NaN without a place, that suit the edges best; the first stays where it was.
+    """
+
+    index: NDArray[np.int64]
+    frames: Sequence[Keyframe]
+    edges: Sequence[Edge]
+    poses: Array
+
+    def moved(self, poses: Array) -> float:
+        """How far [m] it moves the middle of what a key frame shows, at most, from poses (k, 4, 4)."""
+        ends = zip(poses[self.index], self.poses[self.index], self.frames, strict=True)
+        ways = (transform(T, f.points.centre) - transform(to, f.points.centre) for T, to, f in ends)
+        return float(max(np.linalg.norm(way) for way in ways))
+
+    def errors(self, poses: Array) -> PoseErrors:
+        """What poses (n, 4, 4) of all frames of the recording may be wrong by together."""
+        index = np.array([frame.index for frame in self.frames])
+        values, vectors = np.linalg.eigh(spread_of(poses[index], self.edges))
+        order = np.argsort(values)[::-1]
+        values, vectors = np.maximum(values[order], 0), vectors[:, order]
+        some = int(np.searchsorted(np.cumsum(values), MODES * values.sum())) + 1
+        modes = vectors[:, :some] * np.sqrt(values[:some])
+        return PoseErrors(index, modes.reshape(len(index), 6, -1), poses)
+
+
+def pose_network(frames: Sequence[Keyframe], poses: Array) -> PoseNetwork | None:
+    """From key frames at poses (k, 4, 4), NaN for those that have none; None with fewer than two that have one."""
+    index = np.flatnonzero(np.isfinite(poses).all(axis=(1, 2)))
+    if len(index) < 2:
         return None
-    index = np.array([frame.index for frame in known])
-    T = poses[index]
-    values, vectors = np.linalg.eigh(spread_of(T, _edges(known, T)))
-    order = np.argsort(values)[::-1]
-    values, vectors = np.maximum(values[order], 0), vectors[:, order]
-    some = int(np.searchsorted(np.cumsum(values), MODES * values.sum())) + 1
-    modes = vectors[:, :some] * np.sqrt(values[:some])
-    return PoseErrors(index, modes.reshape(len(known), 6, -1), poses)
+    some = [frames[int(k)] for k in index]
+    edges = _edges(some, poses[index])
+    settled = np.array(poses)
+    for _ in range(WEIGHED):
+        settled[index] = settle(settled[index], weighed(settled[index], edges)[0]).poses
+    return PoseNetwork(index, some, edges, settled)
 
 
 def _edges(frames: Sequence[Keyframe], poses: Array) -> list[Edge]:
@@ -112,5 +150,18 @@ def _edges(frames: Sequence[Keyframe], poses: Array) -> list[Edge]:
         for i in {j - 1, *spread.tolist()}:
             surface = surface_edge(placed, (i, j), inverse(poses[i]) @ poses[j], CLOSE, doubtful=True)
             marks = landmark_edge(placed, i, j, doubtful=True)
-            edges += [edge for edge in (surface, marks) if edge is not None]
+            edges += [edge for edge in (surface and _firm(surface), marks) if edge is not None]
     return edges
+
+
+def _firm(edge: Edge) -> Edge:
+    """An edge by surfaces with less information where it slides.
+
+    Noise averages over a surface, by an information l as 1 / l; errors that do not average, as a bent depth, make it
+    slide along weak relief, as 1 / l^2. Both are equal where an edge is known to `FIXED`.
+    """
+    unit = np.repeat(FIXED[::-1], 3)
+    values, vectors = np.linalg.eigh(unit[:, None] * edge.information * unit)
+    values = np.maximum(values, 0)
+    axes = vectors / unit[:, None]
+    return replace(edge, information=(axes * values**2 / (values + 1)) @ axes.T)
