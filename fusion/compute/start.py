@@ -10,6 +10,7 @@ from pathlib import Path
 
 from fusion.compute import choice
 from fusion.compute.back_end import KEPT, PROCESSORS, init, ti, turn
+from fusion.compute.cards.best_card import best_card
 from fusion.compute.process import own_process
 from fusion.errors import FusionError
 from fusion.progress import note
@@ -37,8 +38,6 @@ def start() -> str:
 def _started() -> str:
     name = os.environ.get("FUSION_DEVICE") or "cpu"
     if name == "auto":
-        from fusion.compute.cards.self_check import best_card  # it starts the back end itself
-
         name = best_card() or "cpu"
         note(f"kernels run on: {name}")
     if name not in KINDS:

@@ -15,7 +15,7 @@ from fusion import __version__
 from fusion.devices.kinect_v1.find import AUDIO, CAMERAS, MOTOR, VENDOR, all_devices
 from fusion.devices.source import Source
 from fusion.errors import DeviceError
-from fusion.files.extra import DISTRIBUTION
+from fusion.files.extra import DISTRIBUTION, version_of
 from fusion.progress import stage
 
 RULES = Path(__file__).with_name("60-fusion-cameras.rules")
@@ -99,7 +99,7 @@ def installed_extras() -> dict[str, tuple[dict[str, str], bool]]:
     for line in needed:
         name, extra = re.match(r"[\w.-]+", line), re.search(r"""extra == ["']([\w-]+)["']""", line)
         if name and extra and name[0] != DISTRIBUTION and extra[1] not in ("dev", "fuzz", "all"):
-            found.setdefault(extra[1], {})[name[0]] = _version(name[0])
+            found.setdefault(extra[1], {})[name[0]] = version_of(name[0])
     return {extra: (packages, all(packages.values())) for extra, packages in sorted(found.items())}
 
 
@@ -161,10 +161,3 @@ def _plugged(device: Any, products: set[int]) -> Plugged:
         wrong.append("the kernel's driver gspca_kinect may hold it; it is set aside when the camera is opened")
     place = f"bus {device.bus}, address {device.address}"
     return Plugged(name, device.idVendor, device.idProduct, place, speed, may_open, tuple(wrong))
-
-
-def _version(package: str) -> str:
-    try:
-        return importlib.metadata.version(package)
-    except importlib.metadata.PackageNotFoundError:
-        return ""

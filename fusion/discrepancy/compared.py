@@ -32,18 +32,13 @@ def beyond_noise(white: Vector, metres: Vector) -> float:
 
 @dataclass(frozen=True)
 class Compared:
-    """The same frames under the model as given and as extended.
+    """The same frames under the model as given and as extended."""
 
-    Attributes:
-        before, after: tiles under both models.
-        covariance: how far tiles may be off for known reasons.
-        held_out: True when the frames took no part in any fit.
-    """
-
+    # before, after: tiles under both models
     before: Observations
     after: Observations
-    covariance: TileCovariance
-    held_out: bool
+    covariance: TileCovariance  # how far tiles may be off for known reasons
+    held_out: bool  # True when the frames took no part in any fit
 
     @cached_property
     def white(self) -> tuple[Vector, Vector]:

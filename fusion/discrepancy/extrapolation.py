@@ -16,16 +16,11 @@ VARIABLES = ("depth", "incidence", "time")
 
 @dataclass(frozen=True)
 class Beyond:
-    """Recordings at one end of a variable, predicted from all others.
+    """Recordings at one end of a variable, predicted from all others."""
 
-    Attributes:
-        variable: name as in verdicts.
-        low: mean of the variable from which on a recording took no part.
-        before, after: their chi2 per tile without the claims, and with sizes from the others.
-    """
-
-    variable: str
-    low: float
+    variable: str  # name as in verdicts
+    low: float  # mean of the variable from which on a recording took no part
+    # before, after: their chi2 per tile without the claims, and with sizes from the others
     before: float
     after: float
 

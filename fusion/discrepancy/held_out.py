@@ -15,15 +15,10 @@ from fusion.sensor.sensor import Sensor
 
 @dataclass(frozen=True)
 class HeldOut:
-    """Frames that were set aside before any residual was looked at.
+    """Frames that were set aside before any residual was looked at."""
 
-    Attributes:
-        observations: of these frames under the given model; None where there are none.
-        share: their number over that of the other frames.
-    """
-
-    observations: Observations | None
-    share: float = 0.0
+    observations: Observations | None  # of these frames under the given model; None where there are none
+    share: float = 0.0  # their number over that of the other frames
 
     @cached_property
     def covariance(self) -> TileCovariance:

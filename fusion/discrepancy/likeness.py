@@ -22,19 +22,12 @@ NEVER = 0.02  # p-value from which on a likeness is refused
 
 @dataclass(frozen=True)
 class Likeness:
-    """How alike two sets of recordings of the same scenes are.
+    """How alike two sets of recordings of the same scenes are."""
 
-    Attributes:
-        probability: that two sets of one sensor differ as much or more.
-        chi2_per_dof: of their difference; 1 when both are of one sensor and the covariance is right.
-        inflation: of the bulk of their difference, over the variance that is known to be there.
-        differs: variables along which they differ most, where they do.
-    """
-
-    probability: float
-    chi2_per_dof: float
-    inflation: float
-    differs: tuple[str, ...]
+    probability: float  # that two sets of one sensor differ as much or more
+    chi2_per_dof: float  # of their difference; 1 when both are of one sensor and the covariance is right
+    inflation: float  # of the bulk of their difference, over the variance that is known to be there
+    differs: tuple[str, ...]  # variables along which they differ most, where they do
 
     @property
     def alike(self) -> bool:

@@ -54,11 +54,7 @@ class MeasuredForms:
 
 @dataclass(frozen=True)
 class MeanFindings:
-    """What the mean depth says: names, a law without one, what is left, and frames that took no part.
-
-    Attributes:
-        posterior: probability that laws are missing, beside a setting that is only worse than stated.
-    """
+    """What the mean depth says: names, a law without one, what is left, and frames that took no part."""
 
     seen: MeasuredForms
     named: Named
@@ -66,7 +62,7 @@ class MeanFindings:
     possible: UnrestrictedGain
     left: UnrestrictedGain
     held: HeldOut
-    posterior: float = 1.0
+    posterior: float = 1.0  # probability that laws are missing, beside a setting that is only worse than stated
 
     @property
     def claims(self) -> bool:

@@ -21,16 +21,12 @@ USUAL_SHAPE_M = 0.001  # of a target of which nobody said how flat it is: plaste
 
 @dataclass(frozen=True)
 class Explained:
-    """One way to explain the recordings.
+    """One way to explain the recordings."""
 
-    Attributes:
-        observations, covariance: with the sizes of errors that go with it.
-        cost: -2 log of the marginal likelihood: misfit, volume of what could have been, and price of its laws.
-    """
-
+    # observations, covariance: with the sizes of errors that go with it
     observations: Observations
     covariance: TileCovariance
-    cost: float
+    cost: float  # -2 log of the marginal likelihood: misfit, volume of what could have been, and price of its laws
 
 
 def with_laws(observations: Observations, covariance: TileCovariance, gain: float) -> Explained:

@@ -23,16 +23,12 @@ SAME_CAMERA = 0.02  # relative difference of focal lengths, beyond which it is a
 
 @dataclass(frozen=True)
 class Match:
-    """A recording and the simulation of it.
+    """A recording and the simulation of it."""
 
-    Attributes:
-        recording, simulated: both.
-        partner: (n,) frame of the simulation for every frame of the recording, -1 where there is none.
-    """
-
+    # recording, simulated: both
     recording: Recording
     simulated: Recording
-    partner: NDArray[np.intp]
+    partner: NDArray[np.intp]  # (n,) frame of the simulation for every frame of the recording, -1 where there is none
 
     def depths(self, frames: Sequence[int]) -> list[Image]:
         """Simulated depth of some frames of the recording."""

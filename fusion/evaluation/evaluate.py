@@ -1,23 +1,24 @@
 """The sensor bench: still recordings in, statistics, bias, noise, shares, steps and drift out."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
 from fusion.calibration.depth.known import start
-from fusion.calibration.noise.ambient import AmbientEstimate
 from fusion.calibration.noise.target_noise import TargetNoise, measure_target
 from fusion.calibration.stretches import Stretch, still_stretches
 from fusion.errors import FusionError
-from fusion.evaluation.bias import Bias, bias_of
+from fusion.evaluation.bias import bias_of
 from fusion.evaluation.light import ambient_light
-from fusion.evaluation.near_limit import NearLimit, SurfaceSeen, near_limits
-from fusion.evaluation.notes import Note, notes_on
-from fusion.evaluation.quantization import Quantization, quantization_of
-from fusion.evaluation.still.drift import Drift, drift_of
-from fusion.evaluation.still.shares import Shares, StretchTiles, brightness_of, joined, shares_over, tiles_of
+from fusion.evaluation.near_limit import SurfaceSeen, near_limits
+from fusion.evaluation.notes import notes_on
+from fusion.evaluation.quantization import quantization_of
+from fusion.evaluation.still.drift import drift_of
+from fusion.evaluation.still.shares import brightness_of, joined, shares_over, tiles_of
 from fusion.evaluation.still.statistics import Still, StretchSample, measure_still, sample_of
+from fusion.evaluation.stretch_look import StretchLook
+from fusion.evaluation.summary import Evaluation
 from fusion.evaluation.surface import ExpectedSurface, expected_depth, surface_of
 from fusion.geometry.camera import Camera
 from fusion.progress import each
@@ -48,61 +49,6 @@ class EvaluationSettings:
 
     def __post_init__(self) -> None:
         POSSIBLE_STD.check(self.distance_std)
-
-
-@dataclass(frozen=True)
-class StretchLook:
-    """All that one still stretch says."""
-
-    stretch: Stretch  # that was looked at
-    still: Still  # statistics per pixel and over time
-    surface: ExpectedSurface  # what should be seen
-    bias: Bias | None  # None where the surface is not known
-    noise: TargetNoise | None  # of the target, None without one or with a single frame
-    expected_sigma: float  # what the sensor model says for the target [m], NaN without a model
-    drift: Drift  # of the centre
-    quantization: Quantization | None  # of this stretch, None where too few levels occur
-    reflectance: float  # of the surface as `scene.json` states it, NaN where it does not
-    tiles: StretchTiles  # shares, noise and offset in parts of the image
-    # valid, missing, outliers: shares in the surface's region; NaN when all of it moves
-    valid: float
-    missing: float
-    outliers: float
-
-    @property
-    def name(self) -> str:
-        """Of the recording, with the frames where it has several stretches."""
-        return self.stretch.name
-
-    @property
-    def common(self) -> float:
-        """Standard deviation of the centre's mean from frame to frame [m]: noise that its pixels share."""
-        centre = self.still.centre[np.isfinite(self.still.centre)]
-        return float(centre.std(ddof=1)) if len(centre) > 2 else float("nan")
-
-
-@dataclass(frozen=True)
-class Evaluation:
-    """The bench's findings."""
-
-    camera: Camera  # that made the recordings
-    looks: list[StretchLook]  # one per still stretch
-    shares: dict[str, Shares]  # over depth, incidence and brightness, as far as each is known
-    near: list[NearLimit]  # shortest usable distances
-    quantization: Quantization | None  # over all stretches
-    ambient: AmbientEstimate | None  # light estimated from the noise; None where it cannot be
-    notes: list[Note] = field(default_factory=list)  # what a reader should know
-    sensor: Sensor | None = None  # the model compared with
-
-    def __repr__(self) -> str:
-        from fusion.evaluation.summary import summary  # which is about this class
-
-        return f"<Evaluation: {summary(self)}>"
-
-    @property
-    def longest(self) -> StretchLook:
-        """The stretch that lasted longest: the one that can tell of drift."""
-        return max(self.looks, key=lambda look: float(look.still.time[-1]))
 
 
 def evaluate(recordings: Sequence[Recording], settings: EvaluationSettings | None = None) -> Evaluation:

@@ -1,18 +1,15 @@
 """What a reader of an evaluation should know, in sentences."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fusion.evaluation.still.statistics import centre_of
+from fusion.evaluation.stretch_look import StretchLook
 from fusion.geometry.robust import robust_std
 from fusion.recording.checks.depth_values import implausible
 from fusion.recording.readable import moving_notes, unread_text
 from fusion.recording.recording import Recording
-
-if TYPE_CHECKING:
-    from fusion.evaluation.evaluate import StretchLook
 
 FEW = 20  # frames below which a standard deviation of a pixel is worth little
 JUMP, JUMP_M = 5.0, 0.002  # robust standard deviations, and metres, that make a frame stand out
@@ -24,7 +21,7 @@ MOVED = 0.02  # share of pixels and frames that move
 Note = tuple[str, str]  # "ok", "warning" or "bad", and a sentence
 
 
-def notes_on(looks: "Sequence[StretchLook]", recordings: Sequence[Recording]) -> list[Note]:
+def notes_on(looks: Sequence[StretchLook], recordings: Sequence[Recording]) -> list[Note]:
     """Remarks on frames, movement, light and truth, the grave ones first."""
     notes = _joined([(look.name, level, text) for look in looks for level, text in _on_look(look)])
     if not any(look.bias is not None and look.bias.truth for look in looks):
@@ -55,7 +52,7 @@ def _joined(told: list[tuple[str, str, str]]) -> list[Note]:
     ]
 
 
-def _on_look(look: "StretchLook") -> list[Note]:
+def _on_look(look: StretchLook) -> list[Note]:
     still, notes = look.still, list[Note]()
     if still.frames == 1:
         notes.append(("warning", "one frame only, so nothing is said about noise and drift."))
@@ -82,7 +79,7 @@ def _on_look(look: "StretchLook") -> list[Note]:
     return notes
 
 
-def _shared_noise(look: "StretchLook") -> list[Note]:
+def _shared_noise(look: StretchLook) -> list[Note]:
     """Whole frames that jump, and noise that averaging over pixels does not remove."""
     centre, notes = look.still.centre, list[Note]()
     known = np.flatnonzero(np.isfinite(centre))
@@ -110,7 +107,7 @@ def _shared_noise(look: "StretchLook") -> list[Note]:
     return notes
 
 
-def _over_frames(look: "StretchLook") -> str:
+def _over_frames(look: StretchLook) -> str:
     """What averaging frames does to what all pixels share: nothing where that is one steady change."""
     time, centre = look.still.time, look.still.centre
     known = np.isfinite(centre)
@@ -121,18 +118,18 @@ def _over_frames(look: "StretchLook") -> str:
     return f"nor does averaging frames, as the depth drifts by {slope * 1e3:+.1f} mm a second: record a still scene"
 
 
-def changes(look: "StretchLook") -> bool:
+def changes(look: StretchLook) -> bool:
     """Whether the whole centre goes up and down by far more than its pixels do by themselves: nothing stands still."""
     return bool(look.common > max(CHANGES * _noise_of_a_pixel(look), JUMP_M))
 
 
-def _noise_of_a_pixel(look: "StretchLook") -> float:
+def _noise_of_a_pixel(look: StretchLook) -> float:
     """Median standard deviation of the centre's pixels [m]; NaN where none is known."""
     sigma = look.still.depth.std[centre_of(look.still.outliers.shape)]
     return float(np.nanmedian(sigma)) if np.isfinite(sigma).any() else float("nan")
 
 
-def _movement(look: "StretchLook") -> str:
+def _movement(look: StretchLook) -> str:
     still = look.still
     share = float(still.moving.mean())
     frames = still.disturbed

@@ -19,11 +19,11 @@ from fusion.evaluation.content import (
     StepNumbers,
     StretchNumbers,
 )
-from fusion.evaluation.evaluate import Evaluation, StretchLook
 from fusion.evaluation.quantization import Quantization
 from fusion.evaluation.still.drift import Drift
 from fusion.evaluation.still.shares import Shares
-from fusion.evaluation.summary import summary
+from fusion.evaluation.stretch_look import StretchLook
+from fusion.evaluation.summary import Evaluation, summary
 
 FORMAT = "fusion-evaluation/1"
 Image = NDArray[np.floating]

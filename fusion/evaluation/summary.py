@@ -1,12 +1,42 @@
-"""One sentence that says what was found."""
+"""What the bench found, and one sentence that says it."""
+
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.stats import chi2
 
-from fusion.evaluation.evaluate import Evaluation, StretchLook
-from fusion.evaluation.notes import changes
+from fusion.calibration.noise.ambient import AmbientEstimate
+from fusion.evaluation.near_limit import NearLimit
+from fusion.evaluation.notes import Note, changes
+from fusion.evaluation.quantization import Quantization
+from fusion.evaluation.still.shares import Shares
+from fusion.evaluation.stretch_look import StretchLook
+from fusion.geometry.camera import Camera
+from fusion.sensor.sensor import Sensor
 
 STILL = 5  # frames of one view: fewer tell no noise
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """The bench's findings."""
+
+    camera: Camera  # that made the recordings
+    looks: list[StretchLook]  # one per still stretch
+    shares: dict[str, Shares]  # over depth, incidence and brightness, as far as each is known
+    near: list[NearLimit]  # shortest usable distances
+    quantization: Quantization | None  # over all stretches
+    ambient: AmbientEstimate | None  # light estimated from the noise; None where it cannot be
+    notes: list[Note] = field(default_factory=list)  # what a reader should know
+    sensor: Sensor | None = None  # the model compared with
+
+    def __repr__(self) -> str:
+        return f"<Evaluation: {summary(self)}>"
+
+    @property
+    def longest(self) -> StretchLook:
+        """The stretch that lasted longest: the one that can tell of drift."""
+        return max(self.looks, key=lambda look: float(look.still.time[-1]))
 
 
 def summary(found: Evaluation) -> str:

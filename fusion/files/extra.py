@@ -1,11 +1,20 @@
 """Libraries that only some files need: loaded when such a file is met, else told with the command that helps."""
 
 import importlib
+from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 from fusion.errors import FusionError
 
 DISTRIBUTION = "fusion-scan"
+
+
+def version_of(package: str) -> str:
+    """The version of an installed package; "" where it is not there. Nothing is imported."""
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return ""
 
 
 def extra(module: str, name: str, what: str, where: object, error: type[FusionError] = FusionError) -> Any:

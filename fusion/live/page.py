@@ -11,6 +11,7 @@ import socket
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stdout
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,7 @@ from fusion.live.feed import Feed
 from fusion.live.state import SECTORS, LiveState, ShownSurface
 from fusion.live.watch import Watch
 from fusion.progress import note
+from fusion.report.kit.html import markup
 
 HERE = "127.0.0.1"  # this machine alone
 OFTEN = 0.1  # [s] between two updates
@@ -165,9 +167,6 @@ def _refuse_taken(port: int) -> None:
 
 def panel(state: LiveState) -> str:
     """All that is told beside the pictures."""
-    color = COLORS[state.tracking]
-    why = f" &ndash; {_plain(state.reason)}" if state.reason else ""
-    back = "" if state.back_to is None else f"<br>go back to about {state.back_to % 360:.0f}&deg;"
     away = "" if math.isnan(state.distance) else f"{state.distance:.2f} m, {state.band}"
     left = "" if state.left is None else f", {_time(state.left)} left"
     rows = {
@@ -181,37 +180,27 @@ def panel(state: LiveState) -> str:
         "camera": "warm" if state.warm >= WARM else "may still be warming up (half an hour)",
         "memory": f"{state.memory / 2**20:.0f} MB",
     }
-    table = "".join(f"<tr><td style='opacity:.6;padding-right:.8em'>{k}</td><td>{v}</td></tr>" for k, v in rows.items())
-    return (
-        f"<div style='padding:.5em 1em;font-size:.85em'>"
-        f"<div><b style='color:{color}'>tracking {state.tracking}</b>{why}{back}</div>"
-        f"{ring(state)}<table>{table}</table>"
-        f"<div style='opacity:.6'>colour: green within 0.3 mm, red 2 mm or more (noise alone)</div></div>"
-    )
-
-
-def ring(state: LiveState) -> str:
-    """The turn as a ring, what was seen of it green, and where the table stands now."""
-    arcs = "".join(_arc(k, COLORS["good"] if seen else "#555") for k, seen in enumerate(state.seen))
+    arcs = [_arc(k, COLORS["good"] if seen else "#555") for k, seen in enumerate(state.seen)]
     angle = math.radians(state.turned)
-    x, y = RADIUS * math.sin(angle), -RADIUS * math.cos(angle)
-    seen = sum(state.seen) * 360 // SECTORS
-    return (
-        f"<svg viewBox='-50 -50 100 100' width='110' height='110'>{arcs}<circle cx='{x:.1f}' cy='{y:.1f}' r='5' "
-        f"fill='#fff'/><text text-anchor='middle' y='5' fill='currentColor' font-size='16'>{seen}&deg;</text></svg>"
-    )
+    ring = _Ring(arcs, RADIUS * math.sin(angle), -RADIUS * math.cos(angle), sum(state.seen) * 360 // SECTORS)
+    return markup("live/panel.html", state=state, color=COLORS[state.tracking], rows=rows, ring=ring)
 
 
-def _arc(sector: int, color: str) -> str:
+@dataclass(frozen=True)
+class _Ring:
+    """The turn as a ring: a path and its colour for each sector, where the table stands now, degrees seen."""
+
+    arcs: list[tuple[str, str]]
+    x: float
+    y: float
+    seen: int
+
+
+def _arc(sector: int, color: str) -> tuple[str, str]:
     a, b = (2 * math.pi * (sector + k) / SECTORS for k in (0.08, 0.92))
     (x0, y0), (x1, y1) = ((RADIUS * math.sin(t), -RADIUS * math.cos(t)) for t in (a, b))
-    place = f"M{x0:.1f} {y0:.1f}A{RADIUS} {RADIUS} 0 0 1 {x1:.1f} {y1:.1f}"
-    return f"<path d='{place}' fill='none' stroke='{color}' stroke-width='6'/>"
+    return f"M{x0:.1f} {y0:.1f}A{RADIUS} {RADIUS} 0 0 1 {x1:.1f} {y1:.1f}", color
 
 
 def _time(seconds: float) -> str:
     return f"{seconds:.0f} s" if seconds < 120 else f"{seconds / 60:.0f} min"
-
-
-def _plain(text: str) -> str:
-    return text.replace("&", "&amp;").replace("<", "&lt;")

@@ -12,7 +12,7 @@ from fusion.compute.language import F32, F32_2, F32_3, I32, I64, kernel, ti
 from fusion.plain.field import block_at, key_of
 from fusion.plain.view import moved, numbers
 from fusion.volume.hashing import Hash
-from fusion.volume.integration.missing import FILTER
+from fusion.volume.integration.missing_blocks import FILTER
 from fusion.volume.settings import BLOCK, LATTICE
 
 

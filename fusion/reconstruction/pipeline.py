@@ -175,15 +175,15 @@ def settled(
     finer = object_after_all(plan, frames.recording, settings, views)
     if finer is not None:
         try:
-            return _fused(frames, walk, straight, finer)
+            return _fused(frames, straight, finer)
         except VolumeError as error:
             plan = replace(plan, reason=f"{plan.reason}; as an object: {error.what}")
     if straight.between is None:
         return walk.volume, plan, results
-    return _fused(frames, walk, straight, plan)
+    return _fused(frames, straight, plan)
 
 
-def _fused(frames: WalkedFrames, walk: Walk, straight: Straightened, plan: Plan) -> tuple[Volume, Plan, list[Tracked]]:
+def _fused(frames: WalkedFrames, straight: Straightened, plan: Plan) -> tuple[Volume, Plan, list[Tracked]]:
     if straight.between is not None:
         volume, results = fused_again(frames, straight.results, plan, straight.between)
         return volume, plan, results

@@ -1,5 +1,6 @@
-"""What a reconstruction gives back."""
+"""What a reconstruction gives back, and what it knows of its own faults as lights for terminal, page and JSON."""
 
+from collections import Counter
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -11,13 +12,20 @@ from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.drawing.shading import png
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.shape import shape_of
-from fusion.reconstruction.judgement import judge
 from fusion.results.choices import ReconstructionChoices
 from fusion.results.course import Course, OffCourse
 from fusion.results.facts import ScanFacts, SureFacts, median_of, rms_of
 from fusion.results.judgement import Judgement
-from fusion.results.light import Light
+from fusion.results.light import Light, frames_light, level, worst_first
 from fusion.volume.volume import Volume
+
+# good up to the first, a problem above the second (guesses); a truncation is the band in which noise is fused
+FIT_BANDS = (0.5, 1.0)
+COURSE_BANDS = (1.0, 3.0)
+WEAK_SHARE = (0.1, 0.6)
+CRUMB_SHARE = (0.05, 0.2)
+APART = (0.5, 1.0)  # of a truncation, places seen twice: beyond, walls are doubled
+RELIEF = "Keep more relief in view: corners, furniture, things at several depths."
 
 
 @dataclass(frozen=True)
@@ -83,3 +91,74 @@ class Reconstruction:
     def judgement(self) -> Judgement:
         """What is good, doubtful or wrong about it, the worst first."""
         return judge(self)
+
+
+def judge(result: Reconstruction) -> Judgement:
+    """All lights of a reconstruction, the worst first."""
+    lights = [frames_light(len(result.trajectory), result.rejected), _surface(result), *result.notes]
+    lights += [
+        light for light in (_fit(result), _directions(result), _drift(result), _course(result)) if light is not None
+    ]
+    return Judgement(worst_first(lights), result.footnotes)
+
+
+def _fit(result: Reconstruction) -> Light | None:
+    known = result.residual[np.isfinite(result.residual)]
+    if not len(known):  # poses were given
+        return None
+    found = float(np.median(known))
+    judged = level(found / result.settings.tracked_band_m, FIT_BANDS)
+    do = "Calibrate the depth, and move slower." if judged != "ok" else ""
+    return Light(judged, "Fit", f"Frames lie {found * 1e3:.2f} mm (median) off the model.", do)
+
+
+def _directions(result: Reconstruction) -> Light | None:
+    weak = Counter(name for names in result.unconstrained.values() for name in names)
+    if not weak:
+        return None
+    name, count = weak.most_common(1)[0]
+    judged = level(count / len(result.trajectory), WEAK_SHARE)
+    others = f", {', '.join(other for other, _ in weak.most_common()[1:])} in fewer" if len(weak) > 1 else ""
+    said = f"{name} is not fixed by the surface in {count} of {len(result.trajectory)} frames{others}."
+    return Light(judged, "Directions", said[:1].upper() + said[1:], RELIEF if judged != "ok" else "")
+
+
+def _surface(result: Reconstruction) -> Light:
+    shape = result.facts.shape
+    judged = level(shape.crumb_share, CRUMB_SHARE)
+    said = f"The surface is in {shape.fragments:,} parts" if shape.fragments > 1 else "The surface hangs together"
+    said += f", {shape.crumb_share:.0%} of it in small ones" if shape.crumb_share > 0 else ""
+    larger = "--voxel" if result.settings.kind == "room" else "--voxel, --room"
+    do = f"Larger voxels ({larger}), a nearer --max-depth, or more frames join them." if judged != "ok" else ""
+    return Light(judged, "Surface", f"{said}.", do)
+
+
+def _drift(result: Reconstruction) -> Light | None:
+    """What is known of the drift: corrected where a place was seen again, else what is to be expected."""
+    course = result.course
+    if course is None:
+        return None
+    band = result.settings.truncation_m
+    if course.met:
+        many = f"{course.met} pairs of views show a place seen before" if course.met > 1 else "One place was seen again"
+        said = f"{many}; they moved the camera by up to {course.moved * 1e3:.0f} mm"
+        left = "" if np.isnan(course.after) else f" and lie {course.after * 1e3:.1f} mm apart now"
+        judged = "ok" if np.isnan(course.after) else level(course.after / band, APART)
+        return Light(judged, "Loops", f"{said}{left}.", "Walk the loop again, slower." if judged != "ok" else "")
+    if course.in_view and not course.moved:
+        return Light("ok", "Drift", "The camera kept in view what it had seen.")
+    judged = "warning" if course.drift > band else "ok"
+    seen = "The surface alone did not hold the camera" if course.in_view else "Nothing was seen again after it was left"
+    said = f"{seen}, on a way of {course.path:.1f} m: drift is not checked"
+    if course.moved:
+        said += f", and landmarks of neighbouring views moved the camera by up to {course.moved * 1e3:.0f} mm"
+    do = "End where you began, with the same things in view." if judged != "ok" else ""
+    return Light(judged, "Drift", f"{said}; {course.drift * 1e3:.0f} mm would be usual.", do)
+
+
+def _course(result: Reconstruction) -> Light | None:
+    if result.off_course is None:
+        return None
+    judged = level(result.off_course.error.rmse / result.settings.truncation_m, COURSE_BANDS)
+    do = "Use the stated poses (--poses stated), or move slower with more relief in view." if judged != "ok" else ""
+    return Light(judged, "Course", f"The tracked camera is off by {result.off_course.words()}.", do)

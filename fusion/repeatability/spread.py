@@ -33,18 +33,18 @@ def spread_of(meshes: list[Mesh], together: Together) -> ScanSpread:
     own, T = meshes[carrier], together.poses[carrier]
     normals = vertex_normals(own) if own.normals is None else own.normals.astype(float)
     mean = Mesh(pose.transform(T, own.vertices), own.faces, (normals @ T[:3, :3].T).astype(np.float32), own.colors)
-    offsets = offsets_at(mean.vertices, mean, together)
+    offsets = offsets_at(mean.vertices, together)
     moved = np.nan_to_num(_mean(offsets))
     assert mean.normals is not None
     mean = replace(mean, vertices=mean.vertices + moved[:, None] * mean.normals.astype(float))
-    offsets = offsets_at(mean.vertices, mean, together)
+    offsets = offsets_at(mean.vertices, together)
     known = np.isfinite(offsets).sum(axis=1)
     std = np.where(known > 1, _std(offsets), np.nan)
     mean = replace(mean, scalars={SPREAD: std.astype(np.float32), COUNT: known.astype(np.float32)})
-    return ScanSpread(mean, offsets_at(sample_surface(mean, SAMPLES).points, mean, together), carrier)
+    return ScanSpread(mean, offsets_at(sample_surface(mean, SAMPLES).points, together), carrier)
 
 
-def offsets_at(points: Array, mean: Mesh, together: Together) -> Array:
+def offsets_at(points: Array, together: Together) -> Array:
     """(m, n) how far each scan lies outside of points (m, 3) [m]; NaN where it has no surface."""
     columns = []
     for T, surface in zip(together.poses, together.surfaces, strict=True):

@@ -21,24 +21,15 @@ from fusion.volume.volume import Volume
 
 @dataclass(frozen=True)
 class MadeObject:
-    """The object.
+    """The object."""
 
-    Attributes:
-        placed: frames that it was made of, and before them motion and recording.
-        volume: of all frames.
-        cleaned: its surface alone; `rough`: that of the frames as they were tracked freely.
-        colored: with sigma, and with colours where these are asked for.
-        sure: how sure each vertex is.
-        light: what light by way of the plate does; None where it does nothing.
-    """
-
-    placed: PlacedFrames
-    volume: Volume
-    cleaned: Cleaned
+    placed: PlacedFrames  # frames that it was made of, and before them motion and recording
+    volume: Volume  # of all frames
+    cleaned: Cleaned  # its surface alone; `rough`: that of the frames as they were tracked freely
     rough: Cleaned
-    colored: Colored
-    sure: Sure
-    light: PlateLight | None = None
+    colored: Colored  # with sigma, and with colours where these are asked for
+    sure: Sure  # how sure each vertex is
+    light: PlateLight | None = None  # what light by way of the plate does; None where it does nothing
 
 
 def make(placed: PlacedFrames) -> MadeObject:

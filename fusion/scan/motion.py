@@ -19,26 +19,17 @@ from fusion.volume.prepared import Prepared
 
 @dataclass(frozen=True)
 class FoundMotion:
-    """What turns and how, as the camera sees it that is used.
+    """What turns and how, as the camera sees it that is used."""
 
-    Attributes:
-        opened: the recording, and what was asked for.
-        recording: with corrected depth, and the camera that is used.
-        region: where the object is.
-        frames: cut to its window, without what stands behind the object and without the errors of depth that the
-            motion was found with; None where one cannot be read.
-        motion: with the frames that cannot be read among the rejected.
-        told: (n,) angles [rad] that log or stated step say, or None.
-        focal: what the scan says of the stated focal length.
-    """
-
-    opened: OpenedScan
-    recording: Recording
-    region: Region
+    opened: OpenedScan  # the recording, and what was asked for
+    recording: Recording  # with corrected depth, and the camera that is used
+    region: Region  # where the object is
+    # cut to its window, without what stands behind the object and without the errors of depth that the motion was found
+    # with; None where one cannot be read
     frames: list[Prepared | None]
-    motion: Motion
-    told: NDArray[np.float64] | None
-    focal: FocalCheck
+    motion: Motion  # with the frames that cannot be read among the rejected
+    told: NDArray[np.float64] | None  # (n,) angles [rad] that log or stated step say, or None
+    focal: FocalCheck  # what the scan says of the stated focal length
 
 
 def find_motion_and_camera(opened: OpenedScan) -> FoundMotion:

@@ -16,21 +16,13 @@ from fusion.sensor.sensor import Sensor
 
 @dataclass(frozen=True)
 class OpenedScan:
-    """What is scanned, and how.
+    """What is scanned, and how."""
 
-    Attributes:
-        recording: with corrected depth, and the camera as stated.
-        settings: what was asked for.
-        sensor: as given, or what the camera's principle suggests.
-        correction: what it did to the depth.
-        doubts: of the recording's doctor.
-    """
-
-    recording: Recording
-    settings: ScanSettings
-    sensor: Sensor
-    correction: CorrectionSummary
-    doubts: list[Light]
+    recording: Recording  # with corrected depth, and the camera as stated
+    settings: ScanSettings  # what was asked for
+    sensor: Sensor  # as given, or what the camera's principle suggests
+    correction: CorrectionSummary  # what it did to the depth
+    doubts: list[Light]  # of the recording's doctor
 
     @property
     def stated(self) -> Camera:

@@ -13,25 +13,15 @@ from fusion.volume.settings import VolumeSettings
 
 @dataclass(frozen=True)
 class PlacedFrames:
-    """Where the frames stand.
+    """Where the frames stand."""
 
-    Attributes:
-        found: the motion, and before it the recording.
-        volume: what the object is fused in.
-        course: the camera in the object's frame as it is used.
-        free: the same tracked freely.
-        circle: fitted to the free centres.
-        steps: of the table, judged.
-        wobble: rms rocking of the axis over the free poses [rad].
-    """
-
-    found: FoundMotion
-    volume: VolumeSettings
-    course: Trajectory
-    free: FreeCourse
-    circle: Circle
-    steps: Steps
-    wobble: float
+    found: FoundMotion  # the motion, and before it the recording
+    volume: VolumeSettings  # what the object is fused in
+    course: Trajectory  # the camera in the object's frame as it is used
+    free: FreeCourse  # the same tracked freely
+    circle: Circle  # fitted to the free centres
+    steps: Steps  # of the table, judged
+    wobble: float  # rms rocking of the axis over the free poses [rad]
 
 
 def place(found: FoundMotion) -> PlacedFrames:

@@ -14,15 +14,10 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Axis:
-    """A directed line in the camera's frame.
+    """A directed line in the camera's frame."""
 
-    Attributes:
-        point: (3,) a point on it [m].
-        direction: (3,) unit vector, out of the plate (up).
-    """
-
-    point: Array
-    direction: Array
+    point: Array  # (3,) a point on it [m]
+    direction: Array  # (3,) unit vector, out of the plate (up)
 
     def turn(self, angle_rad: float) -> Array:
         """The pose (4, 4) that moves the object by an angle, right-handed about the direction."""

@@ -13,18 +13,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Circle:
-    """A circle in space.
+    """A circle in space."""
 
-    Attributes:
-        centre: (3,) [m].
-        normal: (3,) unit vector.
-        radius: [m].
-        radial_rms, axial_rms: how far the fitted centres lie from it, in its plane and across [m].
-    """
-
-    centre: Array
-    normal: Array
-    radius: float
+    centre: Array  # (3,) [m]
+    normal: Array  # (3,) unit vector
+    radius: float  # [m]
+    # radial_rms, axial_rms: how far the fitted centres lie from it, in its plane and across [m]
     radial_rms: float
     axial_rms: float
 

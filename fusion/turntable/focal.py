@@ -24,19 +24,12 @@ SYSTEMATIC = 0.002  # of the focal length: what an unstated lens does to such a 
 
 @dataclass(frozen=True)
 class FocalCheck:
-    """What a turning object says of the focal length.
+    """What a turning object says of the focal length."""
 
-    Attributes:
-        relative: error of the stated one, f_right / f_stated - 1.
-        std: its standard deviation from the fit.
-        turned: range of the angles [rad].
-        frames: that show the object.
-    """
-
-    relative: float
-    std: float
-    turned: float
-    frames: int
+    relative: float  # error of the stated one, f_right / f_stated - 1
+    std: float  # its standard deviation from the fit
+    turned: float  # range of the angles [rad]
+    frames: int  # that show the object
 
     def deviations(self, camera: Camera) -> float:
         """How far the stated focal length is off, in standard deviations of this check and of the camera's own."""

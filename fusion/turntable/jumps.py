@@ -15,17 +15,11 @@ LEAST = 0.0015  # [m] less is in the noise of a depth camera's free tracking (gu
 
 @dataclass(frozen=True)
 class Jump:
-    """A sudden move between two frames.
+    """A sudden move between two frames."""
 
-    Attributes:
-        frame: the first after it.
-        distance: by which the object's middle moved against the axis [m].
-        who: "object" where the move turns with the table, "camera" where it stands still before the camera.
-    """
-
-    frame: int
-    distance: float
-    who: str
+    frame: int  # the first after it
+    distance: float  # by which the object's middle moved against the axis [m]
+    who: str  # "object" where the move turns with the table, "camera" where it stands still before the camera
 
 
 def find_jump(free: Array, by_axis: Array, middle: Array) -> Jump | None:

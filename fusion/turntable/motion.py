@@ -28,50 +28,36 @@ POINTS_OUTLINE = 200_000  # that tell how far the object reaches
 
 @dataclass(frozen=True)
 class Motion:
-    """What the joint fit found.
+    """What the joint fit found."""
 
-    Attributes:
-        axis: in the camera's frame, its point at the plate's height where a plate was seen.
-        angles: (n,) turn of each frame [rad], 0 at the first; NaN for rejected frames.
-        angle_std: (n,) [rad].
-        shifts: (n, 2) of the object along `axis.across()`, after the turn [m], where a hand turned it about no fixed
-            axis; None where the axis holds.
-        residual: (n,) [m]; support: (n,) share of the visible points that fit.
-        rejected: frame to reason.
-        plate: height of the plate above the axis' point [m], None when no plate was seen; `table`: that of
-            the table below a plate that is not round, else None.
-        radius, bottom, top: cylinder that holds what turns, heights from the axis' point [m].
-        camera_check: what camera and depth seem to get wrong, with all errors fitted.
-        taken_out: errors of depth without which the motion was found, as the model of it has to be made.
-        focal_check: the same with the camera alone (focal length and principal point) fitted.
-        focal_std: standard deviation of the relative focal length in `focal_check`.
-        spread: rms distance of overlapping views from each other [m], where that was measured.
-        held: the angles are held by print, or by a hand: shape alone would only make them worse.
-        axis_std: (4,) of the axis, tilts [rad] and shifts [m] of the camera along x and y of the object's frame; None
-            where no model of all frames was fitted.
-        size_std: relative, of the size by what may be wrong with the depth, see `model/size`; None where no calibration
-            says how wrong it may be.
-    """
-
-    axis: Axis
-    angles: Array
-    angle_std: Array
-    residual: Array
+    axis: Axis  # in the camera's frame, its point at the plate's height where a plate was seen
+    angles: Array  # (n,) turn of each frame [rad], 0 at the first; NaN for rejected frames
+    angle_std: Array  # (n,) [rad]
+    residual: Array  # (n,) [m]; support: (n,) share of the visible points that fit
     support: Array
-    rejected: dict[int, str]
+    rejected: dict[int, str]  # frame to reason
+    # height of the plate above the axis' point [m], None when no plate was seen; `table`: that of the table below a
+    # plate that is not round, else None
     plate: float | None
+    # radius, bottom, top: cylinder that holds what turns, heights from the axis' point [m]
     radius: float
     bottom: float
     top: float
-    camera_check: SelfCheck
-    taken_out: SelfCheck
-    focal_check: SelfCheck
-    focal_std: float
+    camera_check: SelfCheck  # what camera and depth seem to get wrong, with all errors fitted
+    taken_out: SelfCheck  # errors of depth without which the motion was found, as the model of it has to be made
+    focal_check: SelfCheck  # the same with the camera alone (focal length and principal point) fitted
+    focal_std: float  # standard deviation of the relative focal length in `focal_check`
+    # (n, 2) of the object along `axis.across()`, after the turn [m], where a hand turned it about no fixed axis; None
+    # where the axis holds
     shifts: Array | None = None
-    spread: float = 0.0
-    held: bool = False
+    spread: float = 0.0  # rms distance of overlapping views from each other [m], where that was measured
+    held: bool = False  # the angles are held by print, or by a hand: shape alone would only make them worse
     table: float | None = None
+    # (4,) of the axis, tilts [rad] and shifts [m] of the camera along x and y of the object's frame; None where no
+    # model of all frames was fitted
     axis_std: Array | None = None
+    # relative, of the size by what may be wrong with the depth, see `model/size`; None where no calibration says how
+    # wrong it may be
     size_std: float | None = None
 
     @property

@@ -40,19 +40,14 @@ CORNER = 0.2  # rho^2 near the corners of a usual image: where a radial error is
 
 @dataclass(frozen=True)
 class SelfCheck:
-    """Small errors of camera and depth, to be added to what the camera file says.
+    """Small errors of camera and depth, to be added to what the camera file says."""
 
-    Attributes:
-        values: (13,) in the order of NAMES.
-        near, far: range of distance over which the polynomials are laid [m].
-        triangulation: True where radial depth errors grow with the square of distance.
-        prior: (13,) how wrong each may be before the scan is seen, one standard deviation.
-    """
-
-    values: Array
+    values: Array  # (13,) in the order of NAMES
+    # near, far: range of distance over which the polynomials are laid [m]
     near: float
     far: float
-    triangulation: bool = False
+    triangulation: bool = False  # True where radial depth errors grow with the square of distance
+    # (13,) how wrong each may be before the scan is seen, one standard deviation
     prior: Array = field(default_factory=PRIOR.copy)
 
     def only(self, *names: str) -> "SelfCheck":
@@ -151,14 +146,10 @@ class SelfCheck:
 
 @dataclass(frozen=True)
 class DepthKnown:
-    """How well a calibrated depth is known, one standard deviation.
+    """How well a calibrated depth is known, one standard deviation."""
 
-    Attributes:
-        std: over distance and image [m].
-        tilt: (2,) over the rays' x and y [m per unit]; inf where walls at free tilts were all that it was seen on.
-    """
-
-    std: float
+    std: float  # over distance and image [m]
+    # (2,) over the rays' x and y [m per unit]; inf where walls at free tilts were all that it was seen on
     tilt: tuple[float, float] = (np.inf, np.inf)
 
 

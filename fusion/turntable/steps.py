@@ -19,37 +19,25 @@ BESIDE = 3  # frames on either side that must agree that the object stayed turne
 
 @dataclass(frozen=True)
 class Slip:
-    """A jump that the table's log does not show.
+    """A jump that the table's log does not show."""
 
-    Attributes:
-        frame: the first frame after it.
-        angle: turn beyond what was expected [rad], right-handed about the axis.
-    """
-
-    frame: int
-    angle: float
+    frame: int  # the first frame after it
+    angle: float  # turn beyond what was expected [rad], right-handed about the axis
 
 
 @dataclass(frozen=True)
 class Steps:
-    """The table's behaviour.
+    """The table's behaviour."""
 
-    Attributes:
-        direction: 1 right-handed about the axis, -1 left-handed.
-        mean, std: of the turn between neighbouring frames, slips and rests left out [rad].
-        slips: jumps.
-        warnings: sentences for a person, of what a table should not do.
-        notes: of what is only good to know.
-        rests: frames that show the object turned as the one before, where there are many: they are there twice, or
-            the table rested.
-    """
-
-    direction: int
+    direction: int  # 1 right-handed about the axis, -1 left-handed
+    # mean, std: of the turn between neighbouring frames, slips and rests left out [rad]
     mean: float
     std: float
-    slips: tuple[Slip, ...]
-    warnings: tuple[str, ...]
-    notes: tuple[str, ...] = ()
+    slips: tuple[Slip, ...]  # jumps
+    warnings: tuple[str, ...]  # sentences for a person, of what a table should not do
+    notes: tuple[str, ...] = ()  # of what is only good to know
+    # frames that show the object turned as the one before, where there are many: they are there twice, or the table
+    # rested
     rests: int = 0
 
 

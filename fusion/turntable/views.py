@@ -20,18 +20,14 @@ WINDOW = 5  # [px] about the half width of the matching windows of triangulating
 
 @dataclass(frozen=True)
 class Region:
-    """Where the object is while it turns, in the camera's frame.
+    """Where the object is while it turns, in the camera's frame."""
 
-    Attributes:
-        low, high: (3,) box [m].
-        still: (h, w) pixels of the whole image that never saw a change, or None.
-        wall: (h, w) depth [m] from which on a pixel of the whole image shows what stands behind, NaN where that is not
-            known; or None.
-    """
-
+    # low, high: (3,) box [m]
     low: Array
     high: Array
-    still: NDArray[np.bool_] | None = None
+    still: NDArray[np.bool_] | None = None  # (h, w) pixels of the whole image that never saw a change, or None
+    # (h, w) depth [m] from which on a pixel of the whole image shows what stands behind, NaN where that is not known;
+    # or None
     wall: NDArray[np.float32] | None = None
 
     def holds(self, points: NDArray) -> NDArray[np.bool_]:
@@ -65,21 +61,16 @@ class Region:
 
 @dataclass(frozen=True)
 class ObjectView:
-    """One frame's share in the alignment.
+    """One frame's share in the alignment."""
 
-    Attributes:
-        map: everything seen in the window (the background too: it says where the object is not).
-        points, normals, sigma: (n, 3), (n, 3), (n,) of the sampled object surface.
-        print: (h, w) what is printed on the surface (see `tones.contrast`), NaN where unknown; None without colour.
-        tones: (n,) the same at the points.
-    """
-
-    map: PointMap
+    map: PointMap  # everything seen in the window (the background too: it says where the object is not)
+    # points, normals, sigma: (n, 3), (n, 3), (n,) of the sampled object surface
     points: NDArray[np.float32]
     normals: NDArray[np.float32]
     sigma: NDArray[np.float32]
+    # (h, w) what is printed on the surface (see `tones.contrast`), NaN where unknown; None without colour
     print: NDArray[np.float32] | None = None
-    tones: NDArray[np.float32] | None = None
+    tones: NDArray[np.float32] | None = None  # (n,) the same at the points
 
     def of(self, chosen: NDArray) -> "ObjectView":
         """The view with some of its points: their places, or a bool for each."""

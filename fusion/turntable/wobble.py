@@ -10,18 +10,13 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Rocking:
-    """The axis of a set of rotations, and how it moves.
+    """The axis of a set of rotations, and how it moves."""
 
-    Attributes:
-        axis: (3,) unit vector in the camera's frame, the mean.
-        tilt: (n, 2) away from it [rad]: towards the line of sight (away from the camera), and sideways; NaN where a
-            frame has no pose.
-        rms: root mean square of the tilt [rad].
-    """
-
-    axis: Array
+    axis: Array  # (3,) unit vector in the camera's frame, the mean
+    # (n, 2) away from it [rad]: towards the line of sight (away from the camera), and sideways; NaN where a frame has
+    # no pose
     tilt: Array
-    rms: float
+    rms: float  # root mean square of the tilt [rad]
 
 
 def rocking(R_object_camera: Array, along: Array) -> Rocking:

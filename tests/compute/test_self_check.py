@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import pytest
 
 from fusion.compute.cards import self_check
+from fusion.compute.cards.best_card import best_card
 
 
 @pytest.mark.parametrize(
@@ -25,7 +26,7 @@ def test_the_first_card_that_passes_is_taken(answers, taken, monkeypatch):
         return SimpleNamespace(stdout=f"a driver's own words\n{told}")
 
     monkeypatch.setattr(subprocess, "run", answered)
-    assert self_check.best_card() == taken
+    assert best_card() == taken
 
 
 def test_a_driver_that_hangs_is_no_card(monkeypatch):
@@ -33,7 +34,7 @@ def test_a_driver_that_hangs_is_no_card(monkeypatch):
         raise subprocess.TimeoutExpired(command, timeout)
 
     monkeypatch.setattr(subprocess, "run", hangs)
-    assert self_check.best_card() == ""
+    assert best_card() == ""
 
 
 def test_a_device_beside_itself_is_as_fast(monkeypatch):

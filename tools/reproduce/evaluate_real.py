@@ -11,7 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
-from fusion.evaluation.evaluate import Evaluation, evaluate
+from fusion.evaluation.evaluate import evaluate
+from fusion.evaluation.summary import Evaluation
 from fusion.recording.open import open_recording
 from tools.reproduce.adapt_recordings import adapt
 

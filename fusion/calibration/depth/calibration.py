@@ -74,35 +74,23 @@ class DepthSettings:
 
 @dataclass(frozen=True)
 class DepthCalibration:
-    """A depth law with its evidence; w walls.
+    """A depth law with its evidence; w walls."""
 
-    Attributes:
-        sensor: the model with the law's effects.
-        camera: that it belongs to.
-        walls: as they were read.
-        judged: every candidate with its errors on walls left out; `chosen` is the index of the one in use.
-        fitted: the law in the end.
-        stack: what is left per pixel, when the law has a surface.
-        curve: bias over distance on the axis; None when no distance is known.
-        offset, offset_std: (w,) error of each wall on the axis before the correction [m].
-        visibility: which numbers can be seen.
-        notes: ("ok", "warning" or "bad", sentence).
-        fitted_from: the model before the law was added.
-    """
-
-    sensor: Sensor
-    camera: Camera
-    walls: list[Wall]
+    sensor: Sensor  # the model with the law's effects
+    camera: Camera  # that it belongs to
+    walls: list[Wall]  # as they were read
+    # every candidate with its errors on walls left out; `chosen` is the index of the one in use
     judged: list[JudgedLaw]
     chosen: int
-    fitted: Fitted
-    stack: MapStack | None
-    curve: DepthCurve | None
+    fitted: Fitted  # the law in the end
+    stack: MapStack | None  # what is left per pixel, when the law has a surface
+    curve: DepthCurve | None  # bias over distance on the axis; None when no distance is known
+    # offset, offset_std: (w,) error of each wall on the axis before the correction [m]
     offset: NDArray[np.floating]
     offset_std: NDArray[np.floating]
-    visibility: list[TermVisibility]
-    notes: tuple[tuple[str, str], ...]
-    fitted_from: Sensor
+    visibility: list[TermVisibility]  # which numbers can be seen
+    notes: tuple[tuple[str, str], ...]  # ("ok", "warning" or "bad", sentence)
+    fitted_from: Sensor  # the model before the law was added
 
     def __repr__(self) -> str:
         gain = f"{1e3 * self.before.error:.2f} to {1e3 * self.best.error:.2f} mm rms on walls left out"

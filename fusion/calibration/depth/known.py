@@ -18,25 +18,18 @@ from fusion.sensor.view import stretch
 
 @dataclass(frozen=True)
 class Start:
-    """What is known before the walls are seen.
+    """What is known before the walls are seen."""
 
-    Attributes:
-        camera: calibrated.
-        known: effects that are undone first, the ratio of rays among them.
-        uncorrected: the same model without that ratio: what the new law is added to.
-        ratio: (h, w) length of the true ray over that of the stated one, where the sensor measures along the ray and
-            the camera was calibrated since; None when they are the same.
-        sensor, serial: of the camera.
-        notes: ("ok" or "warning", sentence).
-    """
-
-    camera: Camera
-    known: Sensor
-    uncorrected: Sensor
+    camera: Camera  # calibrated
+    known: Sensor  # effects that are undone first, the ratio of rays among them
+    uncorrected: Sensor  # the same model without that ratio: what the new law is added to
+    # (h, w) length of the true ray over that of the stated one, where the sensor measures along the ray and the camera
+    # was calibrated since; None when they are the same
     ratio: NDArray[np.floating] | None
+    # sensor, serial: of the camera
     sensor: str
     serial: str
-    notes: tuple[tuple[str, str], ...]
+    notes: tuple[tuple[str, str], ...]  # ("ok" or "warning", sentence)
 
 
 def start(recordings: Sequence[Recording], camera: Camera | None, sensor: Sensor | None, force: bool = False) -> Start:

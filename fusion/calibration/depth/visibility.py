@@ -16,21 +16,13 @@ SURE = 5.0  # standard deviations from which an effect counts as found
 
 @dataclass(frozen=True)
 class TermVisibility:
-    """What becomes of one term when every wall's tilt and distance are free as far as they are.
+    """What becomes of one term when every wall's tilt and distance are free as far as they are."""
 
-    Attributes:
-        term: which.
-        share: of its norm that is left, 0 to 1.
-        smallest: number that would be found at five standard deviations if it were alone, in the term's unit.
-        seen: False when nothing can be said.
-        record: what to record to see it; empty when it is seen.
-    """
-
-    term: LawTerm
-    share: float
-    smallest: float
-    seen: bool
-    record: str
+    term: LawTerm  # which
+    share: float  # of its norm that is left, 0 to 1
+    smallest: float  # number that would be found at five standard deviations if it were alone, in the term's unit
+    seen: bool  # False when nothing can be said
+    record: str  # what to record to see it; empty when it is seen
 
 
 def visibilities(terms: list[LawTerm], total: Information, measured: int, walls: int) -> list[TermVisibility]:

@@ -14,7 +14,7 @@ from fusion.quantity import DISTANCE_STD
 
 if TYPE_CHECKING:
     from fusion.evaluation.content import EvaluationNumbers
-    from fusion.evaluation.evaluate import Evaluation
+    from fusion.evaluation.summary import Evaluation
 
 EXAMPLE = "fusion evaluate wall_* -o bench"
 

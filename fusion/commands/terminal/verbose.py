@@ -4,9 +4,9 @@ import argparse
 import json
 import platform
 import sys
-from importlib.metadata import PackageNotFoundError, version
 
 from fusion import __version__
+from fusion.files.extra import version_of
 
 LIBRARIES = ("numpy", "open3d", "taichi", "opencv-python-headless")  # that results depend on most
 
@@ -14,7 +14,7 @@ LIBRARIES = ("numpy", "open3d", "taichi", "opencv-python-headless")  # that resu
 def tell_begin(options: argparse.Namespace) -> None:
     """Versions, and the options as they were understood."""
     _tell("version", f"fusion {__version__}, Python {platform.python_version()}, {platform.platform()}")
-    _tell("version", ", ".join(f"{name} {_version(name)}" for name in LIBRARIES))
+    _tell("version", ", ".join(f"{name} {version_of(name) or 'not installed'}" for name in LIBRARIES))
     for name, value in sorted(vars(options).items()):
         if not callable(value) and name not in ("verbose", "folder", "claim"):
             _tell("option", f"{name} {value}")
@@ -32,13 +32,6 @@ def tell_end(options: argparse.Namespace) -> None:
     for path in sorted(output.iterdir()) if output.is_dir() else [output]:
         if not path.name.startswith("."):
             _tell("file", f"{path}, {path.stat().st_size / 1e6:.2f} MB" if path.is_file() else f"{path}/")
-
-
-def _version(name: str) -> str:
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        return "not installed"
 
 
 def _tell(kind: str, text: str) -> None:

@@ -6,8 +6,6 @@ no such card or where it computes wrong. It runs in a process of its own, as a b
 and as a driver that is broken may end it.
 """
 
-import os
-import subprocess
 import sys
 import time
 
@@ -18,9 +16,6 @@ from fusion.compute.cards import memory
 from fusion.compute.language import F32, kernel
 from fusion.compute.start import start
 
-CARDS = ("cuda", "vulkan")  # in the order in which they are tried
-FASTER = 2.0  # times as fast as the processor, to be worth the copies of images (guess)
-PATIENCE = 60.0  # [s] a driver that starts for the first time compiles
 ITEMS, STEPS, ROUNDS = 1 << 19, 256, 5
 
 
@@ -31,20 +26,6 @@ def _work(values: F32):
         for _ in range(STEPS):
             x = x * 0.999 + 0.001
         values[n] = x
-
-
-def best_card() -> str:
-    """The first card that passes, "" where none does."""
-    for name in CARDS:
-        variables = {**os.environ, "FUSION_DEVICE": name}
-        command = [sys.executable, "-m", "fusion.compute.cards.self_check"]
-        try:
-            done = subprocess.run(command, env=variables, capture_output=True, text=True, timeout=PATIENCE, check=True)
-        except (subprocess.SubprocessError, OSError):
-            continue
-        if float(done.stdout.split()[-1]) >= FASTER:
-            return name
-    return ""
 
 
 def times_as_fast() -> float:

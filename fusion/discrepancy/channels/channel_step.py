@@ -10,37 +10,21 @@ from fusion.sensor.sensor import Sensor
 
 @dataclass(frozen=True)
 class ChannelStep:
-    """An effect that explains what a channel shows, or a law that none explains.
+    """An effect that explains what a channel shows, or a law that none explains."""
 
-    Attributes:
-        channel: "noise" or "dropout".
-        effect: as it is in the better model; None where no effect of the catalogue explains it.
-        std: of its fitted parameters.
-        corrected: the given model held it, with values that are established to be wrong.
-        gain: drop of the chi2 of the channel.
-        share: of that chi2.
-        probability: that chance alone does this, over all names.
-        alike: names that this data cannot tell from it.
-        variables: what it depends on.
-        text: one sentence for a person.
-        added: the table of missing values that goes into the model in place of the effect.
-        form: the law in words, where it is a table.
-        established: it also shows in recordings and in frames that took no part in the fit.
-    """
-
-    channel: str
-    effect: Effect | None
-    std: dict[str, float]
-    corrected: bool
-    gain: float
-    share: float
-    probability: float
-    alike: tuple[str, ...] = ()
-    variables: tuple[str, ...] = ()
-    text: str = ""
-    established: bool = True
-    added: Tabulated | None = None
-    form: str = ""
+    channel: str  # "noise" or "dropout"
+    effect: Effect | None  # as it is in the better model; None where no effect of the catalogue explains it
+    std: dict[str, float]  # of its fitted parameters
+    corrected: bool  # the given model held it, with values that are established to be wrong
+    gain: float  # drop of the chi2 of the channel
+    share: float  # of that chi2
+    probability: float  # that chance alone does this, over all names
+    alike: tuple[str, ...] = ()  # names that this data cannot tell from it
+    variables: tuple[str, ...] = ()  # what it depends on
+    text: str = ""  # one sentence for a person
+    established: bool = True  # it also shows in recordings and in frames that took no part in the fit
+    added: Tabulated | None = None  # the table of missing values that goes into the model in place of the effect
+    form: str = ""  # the law in words, where it is a table
 
     def added_to(self, sensor: Sensor) -> Sensor:
         """The sensor with what was found."""

@@ -14,15 +14,10 @@ from fusion.sensor.sensor import Sensor
 
 @dataclass(frozen=True)
 class ChannelFindings:
-    """What was found.
+    """What was found."""
 
-    Attributes:
-        sensor: the model with all of it.
-        steps: one per finding.
-    """
-
-    sensor: Sensor
-    steps: tuple[ChannelStep, ...]
+    sensor: Sensor  # the model with all of it
+    steps: tuple[ChannelStep, ...]  # one per finding
 
     def of(self, channel: str) -> tuple[ChannelStep, ...]:
         """The findings of one channel."""

@@ -32,25 +32,15 @@ MOST_STEPS = 2
 
 @dataclass(frozen=True)
 class Lost:
-    """One effect at its best size.
+    """One effect at its best size."""
 
-    Attributes:
-        effect: it.
-        parameter: what was searched.
-        std: of it.
-        corrected: the model holds it, at another value.
-        costs: (recordings,) chi2 in each.
-        held_out: (recordings,) chi2 in each at the size that is best in the others.
-        share: (n,) of missing values then.
-    """
-
-    effect: Effect
-    parameter: Parameter
-    std: float
-    corrected: bool
-    costs: Vector
-    held_out: Vector
-    share: Vector
+    effect: Effect  # it
+    parameter: Parameter  # what was searched
+    std: float  # of it
+    corrected: bool  # the model holds it, at another value
+    costs: Vector  # (recordings,) chi2 in each
+    held_out: Vector  # (recordings,) chi2 in each at the size that is best in the others
+    share: Vector  # (n,) of missing values then
 
 
 def dropout_steps(observations: Observations) -> tuple[Sensor, tuple[ChannelStep, ...]]:

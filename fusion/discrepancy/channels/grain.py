@@ -44,18 +44,13 @@ TEXT = {
 
 @dataclass(frozen=True)
 class Grain:
-    """Upright images (h, w) of one placement, from frames that were fitted and from others; 0 beside the tiles.
+    """Upright images (h, w) of one placement, from frames that were fitted and from others; 0 beside the tiles."""
 
-    Attributes:
-        patch: whose.
-        fitted, others: measured less predicted without each tile's plane, in native units.
-        whole: mean square of what both have in common with their planes, in native units squared.
-    """
-
-    patch: Patch
+    patch: Patch  # whose
+    # fitted, others: measured less predicted without each tile's plane, in native units
     fitted: Image
     others: Image
-    whole: float
+    whole: float  # mean square of what both have in common with their planes, in native units squared
 
     @property
     def noise(self) -> float:

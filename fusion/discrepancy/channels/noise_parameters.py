@@ -27,27 +27,16 @@ USUAL = 0.3  # share of itself by which a value may be off whose standard deviat
 
 @dataclass(frozen=True)
 class NoiseParameter:
-    """One number, and what the tiles (n,) make of it.
+    """One number, and what the tiles (n,) make of it."""
 
-    Attributes:
-        effect: whose it is, as it is before the parameters is turned.
-        parameter: which.
-        value: before it is turned.
-        sigma: how well it is known; infinite for an effect that the model lacks.
-        at: (k,) values at which the changes are known, rising.
-        growth: (k, n) by which share the variance grows there.
-        factor: (k, n) change there of the logarithm of the variance, by a filter in time.
-        renewal: (k, n) change there of the logarithm of the share that is new in every frame.
-    """
-
-    effect: Effect
-    parameter: Parameter
-    value: float
-    sigma: float
-    at: Vector
-    growth: NDArray[np.float64]
-    factor: NDArray[np.float64]
-    renewal: NDArray[np.float64]
+    effect: Effect  # whose it is, as it is before the parameters is turned
+    parameter: Parameter  # which
+    value: float  # before it is turned
+    sigma: float  # how well it is known; infinite for an effect that the model lacks
+    at: Vector  # (k,) values at which the changes are known, rising
+    growth: NDArray[np.float64]  # (k, n) by which share the variance grows there
+    factor: NDArray[np.float64]  # (k, n) change there of the logarithm of the variance, by a filter in time
+    renewal: NDArray[np.float64]  # (k, n) change there of the logarithm of the share that is new in every frame
 
     @property
     def key(self) -> tuple[str, str]:

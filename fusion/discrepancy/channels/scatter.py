@@ -18,24 +18,16 @@ FLOOR = 0.03  # of a variance: what the model of the noise leaves open, from rec
 
 @dataclass(frozen=True)
 class Scatter:
-    """The noise of tiles (n,).
+    """The noise of tiles (n,)."""
 
-    Attributes:
-        patches: whose tiles, in order.
-        excess: logarithm of the measured over the predicted variance of repeated frames.
-        excess_sigma: its standard deviation, from the number of pixels that are independent in effect.
-        renewal: logarithm of the variance that is new in every frame over the whole one, less what is predicted; 0
-            where the frames say nothing about it.
-        renewal_sigma: its standard deviation; infinite there.
-        place: recording of each tile.
-    """
-
-    patches: tuple[Patch, ...]
-    excess: Vector
-    excess_sigma: Vector
+    patches: tuple[Patch, ...]  # whose tiles, in order
+    excess: Vector  # logarithm of the measured over the predicted variance of repeated frames
+    excess_sigma: Vector  # its standard deviation, from the number of pixels that are independent in effect
+    # logarithm of the variance that is new in every frame over the whole one, less what is predicted; 0 where the
+    # frames say nothing about it
     renewal: Vector
-    renewal_sigma: Vector
-    place: NDArray[np.intp]
+    renewal_sigma: Vector  # its standard deviation; infinite there
+    place: NDArray[np.intp]  # recording of each tile
 
     def __len__(self) -> int:
         return len(self.excess)

@@ -23,18 +23,13 @@ LEAST_GROWTH = -0.95  # of a variance: noise does not vanish
 
 @dataclass(frozen=True)
 class TunedParameters:
-    """Noise parameters at their best values.
+    """Noise parameters at their best values."""
 
-    Attributes:
-        params: all that were turned.
-        values, std: (k,) of them.
-        chi2: of the tiles, with what the values cost that leave what is known of them.
-    """
-
-    params: tuple[NoiseParameter, ...]
+    params: tuple[NoiseParameter, ...]  # all that were turned
+    # values, std: (k,) of them
     values: Vector
     std: Vector
-    chi2: float
+    chi2: float  # of the tiles, with what the values cost that leave what is known of them
 
     def excess(self) -> Vector:
         """(n,) change of the logarithm of the variance."""
@@ -46,15 +41,11 @@ class TunedParameters:
 
 @dataclass(frozen=True)
 class Whitener:
-    """What residuals of the scatter are measured with.
+    """What residuals of the scatter are measured with."""
 
-    Attributes:
-        common: standard deviation of an error that all tiles of a recording share, of the logarithm of the variance.
-        inflated: factor of all standard deviations.
-    """
-
+    # standard deviation of an error that all tiles of a recording share, of the logarithm of the variance
     common: float = COMMON
-    inflated: float = 1.0
+    inflated: float = 1.0  # factor of all standard deviations
 
     def white(self, scatter: Scatter, excess: Vector, renewal: Vector) -> Vector:
         """(2 n,) residuals as independent numbers of unit spread."""

@@ -25,20 +25,13 @@ WORTH = 0.15  # of the gain of the first variable: one that brings less is not n
 
 @dataclass(frozen=True)
 class Unnamed:
-    """A law without a name.
+    """A law without a name."""
 
-    Attributes:
-        variables: it depends on.
-        gain: drop of the chi2.
-        probability: of that by chance.
-        fitted: (n,) what it changes.
-        knots, heights: of each variable, straight in between: the law is their sum.
-    """
-
-    variables: tuple[str, ...]
-    gain: float
-    probability: float
-    fitted: Vector
+    variables: tuple[str, ...]  # it depends on
+    gain: float  # drop of the chi2
+    probability: float  # of that by chance
+    fitted: Vector  # (n,) what it changes
+    # knots, heights: of each variable, straight in between: the law is their sum
     knots: tuple[Vector, ...]
     heights: tuple[Vector, ...]
 

@@ -24,19 +24,12 @@ FLOOR = 0.02  # of a tile's pixels: what a model of validity leaves open, from r
 
 @dataclass(frozen=True)
 class Validity:
-    """Missing shares of tiles (n,), which hold the pixels that a surface stands before, seen or not.
+    """Missing shares of tiles (n,), which hold the pixels that a surface stands before, seen or not."""
 
-    Attributes:
-        patches: with tiles of their own.
-        missing: measured share.
-        predicted: (h, w) per patch, probability by the model.
-        place: recording of each tile.
-    """
-
-    patches: tuple[Patch, ...]
-    missing: Vector
-    predicted: tuple[Image, ...]
-    place: NDArray[np.intp]
+    patches: tuple[Patch, ...]  # with tiles of their own
+    missing: Vector  # measured share
+    predicted: tuple[Image, ...]  # (h, w) per patch, probability by the model
+    place: NDArray[np.intp]  # recording of each tile
 
     def share(self, effect: Effect | None = None, less: Effect | None = None) -> Vector:
         """(n,) predicted share with one more effect, and without one that the model holds."""

@@ -24,26 +24,19 @@ NOT_SIZES = (*ANGLES, "columns")
 
 @dataclass(frozen=True)
 class EffectVisibility:
-    """What this data could show of one effect in its most visible form.
+    """What this data could show of one effect in its most visible form."""
 
-    Attributes:
-        effect: its name.
-        share: of the norm of its footprint that poses and known parameters leave.
-        parameter, unit: of its size.
-        detectable: smallest size that would stand out by five standard deviations; None where nothing is left.
-        shape: values of the searched shape at which this holds.
-        alike: names with a form whose footprint is the same in this data.
-        visible: a fair share of it survives, or sizes as they are usual stand out all the same; and what stands out is
-            within the bounds of the parameter.
-    """
-
-    effect: str
-    share: float
+    effect: str  # its name
+    share: float  # of the norm of its footprint that poses and known parameters leave
+    # parameter, unit: of its size
     parameter: str
     unit: str
+    # smallest size that would stand out by five standard deviations; None where nothing is left
     detectable: float | None
-    shape: dict[str, float]
-    alike: tuple[str, ...]
+    shape: dict[str, float]  # values of the searched shape at which this holds
+    alike: tuple[str, ...]  # names with a form whose footprint is the same in this data
+    # a fair share of it survives, or sizes as they are usual stand out all the same; and what stands out is within the
+    # bounds of the parameter
     visible: bool
 
 

@@ -11,28 +11,20 @@ NONE = (0.0,) * len(BENDS_M)
 
 @dataclass(frozen=True)
 class Loose:
-    """Sizes of what differs without a law; as they stand here where the recordings contradict nothing that was said.
+    """Sizes of what differs without a law; as they stand here where the recordings contradict nothing that was said."""
 
-    Attributes:
-        scatter: standard deviation [native unit] of an error that each tile has for itself.
-        drift: the same of a smooth field of the image that each recording has for itself.
-        uneven: variance of both in recording 0, 1, ... over the usual one; empty where they are even.
-        pose: by how much poses are worse than stated: a factor on their standard deviations.
-        shape: standard deviations [m] of the shape of targets of which nobody said how flat they are, of each its own:
-            one for every length of `BENDS_M`.
-        mesh: by how much all meshes are larger or smaller and set off, over what is usual.
-        camera: by how much the camera file is wrong, over what is usual.
-        room: the same of one shape that all of these have in common, by place in the world: the same walls are meant.
-    """
-
-    scatter: float = 0.0
-    drift: float = 0.0
+    scatter: float = 0.0  # standard deviation [native unit] of an error that each tile has for itself
+    drift: float = 0.0  # the same of a smooth field of the image that each recording has for itself
+    # variance of both in recording 0, 1, ... over the usual one; empty where they are even.
     uneven: tuple[float, ...] = ()
-    pose: float = 1.0
+    pose: float = 1.0  # by how much poses are worse than stated: a factor on their standard deviations
+    # standard deviations [m] of the shape of targets of which nobody said how flat they are, of each its own: one for
+    # every length of `BENDS_M`
     shape: tuple[float, ...] = NONE
+    # the same of one shape that all of these have in common, by place in the world: the same walls are meant
     room: tuple[float, ...] = NONE
-    mesh: float = 0.0
-    camera: float = 0.0
+    mesh: float = 0.0  # by how much all meshes are larger or smaller and set off, over what is usual
+    camera: float = 0.0  # by how much the camera file is wrong, over what is usual
 
     @property
     def bent(self) -> float:

@@ -40,23 +40,17 @@ STARTS = (1e-5, 1e-4, 1e-3, 1e-2)  # [m], [rad]
 
 @dataclass(frozen=True)
 class Shaking:
-    """How the camera shook.
+    """How the camera shook."""
 
-    Attributes:
-        sigma_rad, sigma_m: standard deviations of a turn and of a shift, about and along each axis.
-        std_rad, std_m: of these.
-        gain: -2 log of the likelihood ratio of shaking to standing still.
-        share: of what frames have in common that shaking explains.
-        probability: that noise which is smooth alone does this.
-    """
-
+    # sigma_rad, sigma_m: standard deviations of a turn and of a shift, about and along each axis
     sigma_rad: float
     sigma_m: float
+    # std_rad, std_m: of these
     std_rad: float
     std_m: float
-    gain: float
-    share: float
-    probability: float
+    gain: float  # -2 log of the likelihood ratio of shaking to standing still
+    share: float  # of what frames have in common that shaking explains
+    probability: float  # that noise which is smooth alone does this
 
     @property
     def effect(self) -> Effect:
@@ -66,24 +60,15 @@ class Shaking:
 
 @dataclass(frozen=True)
 class FrameMotion:
-    """What the frames of a block say of shaking.
+    """What the frames of a block say of shaking."""
 
-    Attributes:
-        rigid: (frames, r) along independent motions that are seen, in one unit.
-        per_unit: (r, 6) of these per turn [rad] and shift [m].
-        moving: number of these that no offset, scale or disparity of whole frames imitates.
-        moving_power: mean square along them.
-        smooth: mean square along smooth fields that no motion makes, and their number.
-        freedom: frames less one.
-    """
-
-    rigid: Matrix
-    per_unit: Matrix
-    moving: int
-    moving_power: float
-    smooth: float
+    rigid: Matrix  # (frames, r) along independent motions that are seen, in one unit
+    per_unit: Matrix  # (r, 6) of these per turn [rad] and shift [m]
+    moving: int  # number of these that no offset, scale or disparity of whole frames imitates
+    moving_power: float  # mean square along them
+    smooth: float  # mean square along smooth fields that no motion makes, and their number
     fields: int
-    freedom: int
+    freedom: int  # frames less one
 
     @property
     def chance(self) -> float:

@@ -14,6 +14,7 @@ Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 
 FAINT = 1e-2  # of the largest direction of a part: what is left out tells next to nothing of its size
+ROUNDING = 1e-6  # of the longest of some directions
 STARTS = np.geomspace(1e-3, 1e3, 25)  # variances over that of the noise, where a part shows, that are tried
 NOTHING = float(np.log(1e-9))  # share of the sum of squares, as a logarithm: less noise than that is none
 
@@ -107,3 +108,10 @@ def independent(columns: Matrix) -> Matrix:
     """(n, r) columns with nearly the same products among tiles, along independent directions."""
     values, vectors = np.linalg.eigh(columns.T @ columns)
     return np.asarray(columns @ vectors[:, values > FAINT * max(float(values[-1]), 1e-300)])
+
+
+def orthonormal(columns: Matrix) -> Matrix:
+    """(n, r) directions that span columns (n, k), whatever their lengths."""
+    lengths = np.linalg.norm(columns, axis=0)
+    left, values, _ = np.linalg.svd(columns[:, lengths > 0] / lengths[lengths > 0], full_matrices=False)
+    return np.asarray(left[:, values > ROUNDING * np.max(values, initial=0.0)])

@@ -18,35 +18,24 @@ ENOUGH = 0.02  # relative change of a variance from which on rounds go on
 
 @dataclass(frozen=True)
 class Left:
-    """What no law reaches, as known and unknown errors make it.
+    """What no law reaches, as known and unknown errors make it."""
 
-    Attributes:
-        white: (m,) in units of the covariance: of unit spread were it not for errors beside it.
-        rough: (n, m) by how much an error of each tile changes it [1 / native unit].
-        smooth: (n, k) columns of which the products sum up to the covariance of a drift of unit spread.
-        place: (n,) recording of each tile, from 0 on.
-    """
-
-    white: Vector
-    rough: Matrix
-    smooth: Matrix
-    place: NDArray[np.intp]
+    white: Vector  # (m,) in units of the covariance: of unit spread were it not for errors beside it
+    rough: Matrix  # (n, m) by how much an error of each tile changes it [1 / native unit]
+    smooth: Matrix  # (n, k) columns of which the products sum up to the covariance of a drift of unit spread
+    place: NDArray[np.intp]  # (n,) recording of each tile, from 0 on
 
 
 @dataclass(frozen=True)
 class Spreads:
-    """Errors beside the covariance.
+    """Errors beside the covariance."""
 
-    Attributes:
-        scatter, drift: standard deviations [native unit] of a tile for itself, and of a smooth field of a recording.
-        uneven: variance of both in recording 0, 1, ... over the usual one; empty where they are even.
-        cost: -2 log of the restricted likelihood.
-    """
-
+    # scatter, drift: standard deviations [native unit] of a tile for itself, and of a smooth field of a recording
     scatter: float
     drift: float = 0.0
+    # variance of both in recording 0, 1, ... over the usual one; empty where they are even.
     uneven: tuple[float, ...] = ()
-    cost: float = np.inf
+    cost: float = np.inf  # -2 log of the restricted likelihood
 
 
 def likeliest(left: Left, start: Spreads) -> Spreads:

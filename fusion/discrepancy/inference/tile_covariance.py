@@ -29,16 +29,11 @@ FLOOR = {True: FLOOR_M, False: 7e-4}  # [m] time of flight, [px] triangulation
 
 @dataclass(frozen=True)
 class TileCovariance:
-    """Covariance of the tiles when nothing is missing: noise, speckle, poses, the target's shape, known parameters.
+    """Covariance of the tiles when nothing is missing: noise, speckle, poses, the target's shape, known parameters."""
 
-    Attributes:
-        root: (n, n) lower Cholesky factor of the covariance.
-        bare: the same without poses and known parameters: what a perfect setting would leave.
-        known: (n, k) change per standard deviation of each known parameter, in native units: common to all recordings.
-    """
-
-    root: NDArray[np.float64]
-    bare: NDArray[np.float64]
+    root: NDArray[np.float64]  # (n, n) lower Cholesky factor of the covariance
+    bare: NDArray[np.float64]  # the same without poses and known parameters: what a perfect setting would leave
+    # (n, k) change per standard deviation of each known parameter, in native units: common to all recordings
     known: NDArray[np.float64]
 
     def whiten(self, values: NDArray[np.float64]) -> NDArray[np.float64]:

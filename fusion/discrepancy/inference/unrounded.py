@@ -15,19 +15,12 @@ MOVED = 0.1  # of a step: about as far as a law that is looked for moves what is
 
 @dataclass(frozen=True)
 class Unrounded:
-    """What is rounded; all (h, w).
+    """What is rounded; all (h, w)."""
 
-    Attributes:
-        rounding: the effect.
-        mean: of repeated frames without it [m].
-        step: at this depth [m]: constant, or growing with its square.
-        spread: of the noise before it, in steps: as the model or the frames say, what is calmer.
-    """
-
-    rounding: Effect
-    mean: Image
-    step: Image
-    spread: Image
+    rounding: Effect  # the effect
+    mean: Image  # of repeated frames without it [m]
+    step: Image  # at this depth [m]: constant, or growing with its square
+    spread: Image  # of the noise before it, in steps: as the model or the frames say, what is calmer
 
     @classmethod
     def of(cls, rounding: Effect, mean: Image, sigma: Image, std: Image, view: View) -> "Unrounded":

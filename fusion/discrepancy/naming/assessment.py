@@ -30,34 +30,21 @@ CLEAR, APART = 6.0, 0.45
 
 @dataclass(frozen=True)
 class Step:
-    """One effect, or one more wave of it, that was added.
+    """One effect, or one more wave of it, that was added."""
 
-    Attributes:
-        candidate: the form.
-        effect: with fitted parameters.
-        gain: drop of the chi2, all others refitted.
-        held_out: drop of the chi2 in recordings left out in turn.
-        probability: that noise alone does this, over all names and regions.
-        alike: names that this data cannot tell from it.
-        std: of its size, as a share of it.
-        weights, weights_std: (k,) of the atoms.
-        shapes_std: of the searched shapes, by name.
-        price: what its freedom costs, in units of the gain.
-        together: two names that this data cannot tell from it when both are there.
-    """
-
-    candidate: Candidate
-    effect: Effect
-    gain: float
-    held_out: float
-    probability: float
-    alike: tuple[str, ...]
-    std: float
+    candidate: Candidate  # the form
+    effect: Effect  # with fitted parameters
+    gain: float  # drop of the chi2, all others refitted
+    held_out: float  # drop of the chi2 in recordings left out in turn
+    probability: float  # that noise alone does this, over all names and regions
+    alike: tuple[str, ...]  # names that this data cannot tell from it
+    std: float  # of its size, as a share of it
+    # weights, weights_std: (k,) of the atoms
     weights: Vector
     weights_std: Vector
-    shapes_std: dict[str, float] = field(default_factory=dict)
-    price: float = 0.0
-    together: tuple[str, ...] = ()
+    shapes_std: dict[str, float] = field(default_factory=dict)  # of the searched shapes, by name
+    price: float = 0.0  # what its freedom costs, in units of the gain
+    together: tuple[str, ...] = ()  # two names that this data cannot tell from it when both are there
 
     @property
     def footprint(self) -> Vector:

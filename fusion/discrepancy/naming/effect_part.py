@@ -20,17 +20,11 @@ FIELD = 8  # atoms from which on a form is a field: its weights are draws of one
 
 @dataclass(frozen=True)
 class EffectPart:
-    """One form of one effect, as fitted.
+    """One form of one effect, as fitted."""
 
-    Attributes:
-        candidate: the form, with its columns.
-        weights: (k,) of the atoms.
-        size: usual size of the weights of a field; 0 for others, whose weights are free.
-    """
-
-    candidate: Candidate
-    weights: Vector
-    size: float = 0.0
+    candidate: Candidate  # the form, with its columns
+    weights: Vector  # (k,) of the atoms
+    size: float = 0.0  # usual size of the weights of a field; 0 for others, whose weights are free
 
     @property
     def name(self) -> str:

@@ -78,11 +78,6 @@ def without_faint(fit: PartsFit, steps: Sequence[Step]) -> tuple[PartsFit, Step]
     return (rest, step) if is_faint(rest, NextPart(own, gain, 0.0, step.held_out, step.probability)) else None
 
 
-def likely_of(step: Step) -> Step | None:
-    """A step that does not stand is told of where chance is ruled out."""
-    return step if step.held_out > 0 and step.probability <= LIKELY else None
-
-
 def gain_of(part: EffectPart) -> float:
     """Chi2 that a part explains, the others as they are."""
     return float(part.footprint @ part.footprint)

@@ -18,18 +18,12 @@ TOLD = 10.0  # growth of a variance without the recordings held back: beyond, th
 
 @dataclass(frozen=True)
 class Extrapolation:
-    """Recordings held back, and how they are predicted by all others.
+    """Recordings held back, and how they are predicted by all others."""
 
-    Attributes:
-        places: of the recordings; empty where there are too few to hold any back.
-        before: chi2 per tile of the given model there.
-        after: the same of the parts as fitted to all other recordings.
-        gains: per part, the drop of the chi2 there; None where the others do not tell the part's size.
-    """
-
-    places: tuple[int, ...] = ()
-    before: float = float("nan")
-    after: float = float("nan")
+    places: tuple[int, ...] = ()  # of the recordings; empty where there are too few to hold any back
+    before: float = float("nan")  # chi2 per tile of the given model there
+    after: float = float("nan")  # the same of the parts as fitted to all other recordings
+    # per part, the drop of the chi2 there; None where the others do not tell the part's size
     gains: tuple[float | None, ...] = ()
 
 

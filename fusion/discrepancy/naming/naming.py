@@ -10,15 +10,7 @@ from fusion.discrepancy.decisions import FALSE_ALARM, SURE
 from fusion.discrepancy.inference.tile_covariance import TileCovariance
 from fusion.discrepancy.naming.assessment import Step, judged, judged_next
 from fusion.discrepancy.naming.effect_part import EffectPart
-from fusion.discrepancy.naming.established import (
-    LIKELY,
-    contradicted,
-    gain_of,
-    is_faint,
-    likely_of,
-    weak_of,
-    without_faint,
-)
+from fusion.discrepancy.naming.established import LIKELY, contradicted, gain_of, is_faint, weak_of, without_faint
 from fusion.discrepancy.naming.extrapolation import Extrapolation, extrapolated
 from fusion.discrepancy.naming.partial_residual import partial_residual
 from fusion.discrepancy.naming.plain_pairs import as_two
@@ -86,7 +78,8 @@ def name_effects(
     steps = judged(fit, candidates)
     while poorer := _poorer(fit, steps):
         fit, taken_out = poorer
-        likely = likely or likely_of(taken_out)
+        if likely is None and taken_out.held_out > 0 and taken_out.probability <= LIKELY:
+            likely = taken_out
         beyond, steps = extrapolated(fit), judged(fit, candidates)
     better = observations.under(fit.sensor) if steps else observations
     return Named(tuple(steps), fit.sensor, better, fit.white, likely, beyond)

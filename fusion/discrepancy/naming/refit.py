@@ -25,27 +25,16 @@ RIDGE = 1e-10  # of a column's power: directions that nothing tells stay where t
 
 @dataclass(frozen=True)
 class PartsFit:
-    """Parts as fitted together.
+    """Parts as fitted together."""
 
-    Attributes:
-        observations: under the given model; they say which tiles there are.
-        covariance: their units.
-        parts: with fitted weights and shapes.
-        sensor: the given model with them.
-        white: (n,) what it leaves, whitened.
-        columns: (n, p) change per weight, then per logarithm of a shape, part by part.
-        prior: (p,) one over the square of the usual size of a field's weights; 0 for all that is free.
-        places: for each part, where its weights and its shapes stand among the columns.
-    """
-
-    observations: Observations
-    covariance: TileCovariance
-    parts: tuple[EffectPart, ...]
-    sensor: Sensor
-    white: Vector
-    columns: Matrix
-    prior: Vector
-    places: tuple[tuple[slice, slice], ...]
+    observations: Observations  # under the given model; they say which tiles there are
+    covariance: TileCovariance  # their units
+    parts: tuple[EffectPart, ...]  # with fitted weights and shapes
+    sensor: Sensor  # the given model with them
+    white: Vector  # (n,) what it leaves, whitened
+    columns: Matrix  # (n, p) change per weight, then per logarithm of a shape, part by part
+    prior: Vector  # (p,) one over the square of the usual size of a field's weights; 0 for all that is free
+    places: tuple[tuple[slice, slice], ...]  # for each part, where its weights and its shapes stand among the columns
 
     @property
     def normal(self) -> Matrix:

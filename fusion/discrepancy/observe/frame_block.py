@@ -35,56 +35,39 @@ LONG = 6  # blocks of a recording that make it a series
 
 @dataclass(frozen=True)
 class TileCourse:
-    """How tiles of a block went from frame to frame.
-
-    Attributes:
-        depth: (frames, tiles) [m], less its mean.
-        pixels: (tiles,) that had a value, on average.
-    """
+    """How tiles of a block went from frame to frame."""
 
     tiles: Tiling
-    depth: NDArray[np.float64]
-    pixels: NDArray[np.float64]
+    depth: NDArray[np.float64]  # (frames, tiles) [m], less its mean
+    pixels: NDArray[np.float64]  # (tiles,) that had a value, on average
 
 
 @dataclass(frozen=True)
 class FrameBlock:
-    """Frames of one recording that are close in time, from one pose.
+    """Frames of one recording that are close in time, from one pose."""
 
-    Attributes:
-        stage: whose frames.
-        frames: indices in the recording.
-        view: what stood before the camera, with the amplitude of the recording where there is one.
-        mean, std: (h, w) of the measured depth [m], NaN where no value (no second one) is.
-        count: (h, w) frames with a value.
-        T_world_camera: (4, 4) stated pose.
-        held: the same pose and time in frames that take no part in any fit; None where there are too few.
-        succession: (h, w) half the mean square of the change from a frame to the next [m^2]; None where not known.
-        alike: (2, k) correlation of the noise of pixels 0, 1, ... apart along u and along v; None where not known.
-        given: what another simulator predicts; None where the sensor model alone does.
-        prints: what tells its frames, and those held out, from all others.
-        course: how its tiles went from frame to frame; None of single frames.
-        shaken: standard deviations [rad], [m] of the motions of its frames; empty of a camera that stood still.
-        passed: number of frames, with those held out, before which something passes: it is out of them.
-        moved: likely error of the pose, as a motion (6,) of the scene in the camera frame [rad, m]; tiles are linear
-            in errors about this one. Empty where it is too small to matter.
-    """
-
-    stage: KnownScene
-    frames: tuple[int, ...]
-    view: View
+    stage: KnownScene  # whose frames
+    frames: tuple[int, ...]  # indices in the recording
+    view: View  # what stood before the camera, with the amplitude of the recording where there is one
+    # mean, std: (h, w) of the measured depth [m], NaN where no value (no second one) is
     mean: Image
     std: Image
-    count: NDArray[np.int32]
-    T_world_camera: Array = field(default_factory=lambda: np.eye(4))
+    count: NDArray[np.int32]  # (h, w) frames with a value
+    T_world_camera: Array = field(default_factory=lambda: np.eye(4))  # (4, 4) stated pose
+    # the same pose and time in frames that take no part in any fit; None where there are too few
     held: "FrameBlock | None" = None
+    # (h, w) half the mean square of the change from a frame to the next [m^2]; None where not known
     succession: Image | None = None
+    # (2, k) correlation of the noise of pixels 0, 1, ... apart along u and along v; None where not known.
     alike: NDArray[np.float64] | None = None
-    given: GivenImages | None = None
-    prints: Prints = frozenset()
-    course: TileCourse | None = None
+    given: GivenImages | None = None  # what another simulator predicts; None where the sensor model alone does
+    prints: Prints = frozenset()  # what tells its frames, and those held out, from all others
+    course: TileCourse | None = None  # how its tiles went from frame to frame; None of single frames
+    # standard deviations [rad], [m] of the motions of its frames; empty of a camera that stood still
     shaken: tuple[float, ...] = ()
-    passed: int = 0
+    passed: int = 0  # number of frames, with those held out, before which something passes: it is out of them
+    # likely error of the pose, as a motion (6,) of the scene in the camera frame [rad, m]; tiles are linear in errors
+    # about this one. Empty where it is too small to matter.
     moved: tuple[float, ...] = ()
 
     @property

@@ -162,8 +162,9 @@ class Observations:
         return np.sqrt(uneven)[self.place] if uneven else np.ones(len(self.place))
 
 
-def observe(sensor: Sensor, blocks: Sequence[FrameBlock], most: int = MOST_TILES) -> Observations:
-    """Predict every block with a sensor model and cut it into tiles, about `most` of them."""
+def observe(sensor: Sensor, blocks: Sequence[FrameBlock], most: int | None = None) -> Observations:
+    """Predict every block with a sensor model and cut it into tiles, about `most` (`MOST_TILES`) of them."""
+    most = most or MOST_TILES
     many = {block.place for block in blocks if sum(other.place == block.place for other in blocks) > SERIES}
     patches = [_patch(sensor, block, 2 if block.place in many else 1) for block in blocks]
     start, side, count = patches, SIDE_PX, sum(len(patch.tiles) for patch in patches)

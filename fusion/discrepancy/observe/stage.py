@@ -25,34 +25,24 @@ NOMINAL = (0.005, 0.01)  # [m], [rad] guess: how far a pose may be off that nobo
 
 @dataclass(frozen=True)
 class KnownScene:
-    """What is known of the scene of one recording.
+    """What is known of the scene of one recording."""
 
-    Attributes:
-        recording: with its poses.
-        place: 0, 1, ... in the order given.
-        caster: the mesh, ready to be seen; in the world frame. None where a simulation stands for it.
-        sigma_m, sigma_rad: standard deviation of a common error of all its poses, per axis.
-        mesh_sigma_m: how far the real surface may be from the mesh; None where nobody said.
-        shape: fingerprint of the mesh file: recordings of one target share its errors.
-        table: the turntable on which everything stands; None where nothing turns.
-        twists: (n, 6) motion of the camera at every frame, see `twists_of`; None where a simulation stands for it.
-        simulated: the simulation of the recording and the sensor model that goes with it; None where there is a mesh.
-        placed_by_images: its poses were found in images of this camera, so that they are as wrong as the camera is.
-        reconstructed: the mesh was made of recordings of this sensor, and holds errors of its own.
-    """
-
-    recording: Recording
-    place: int
-    caster: RayCaster | None
+    recording: Recording  # with its poses
+    place: int  # 0, 1, ... in the order given.
+    caster: RayCaster | None  # the mesh, ready to be seen; in the world frame. None where a simulation stands for it.
+    # sigma_m, sigma_rad: standard deviation of a common error of all its poses, per axis
     sigma_m: float
     sigma_rad: float
-    mesh_sigma_m: float | None
-    shape: str = ""
-    table: LoggedTable | None = None
+    mesh_sigma_m: float | None  # how far the real surface may be from the mesh; None where nobody said
+    shape: str = ""  # fingerprint of the mesh file: recordings of one target share its errors
+    table: LoggedTable | None = None  # the turntable on which everything stands; None where nothing turns
+    # (n, 6) motion of the camera at every frame, see `twists_of`; None where a simulation stands for it
     twists: NDArray[np.float64] | None = None
+    # the simulation of the recording and the sensor model that goes with it; None where there is a mesh
     simulated: tuple[Match, Sensor] | None = None
+    # its poses were found in images of this camera, so that they are as wrong as the camera is
     placed_by_images: bool = False
-    reconstructed: bool = False
+    reconstructed: bool = False  # the mesh was made of recordings of this sensor, and holds errors of its own
 
 
 def stage_of(recording: Recording, place: int) -> KnownScene:

@@ -14,19 +14,12 @@ LEAST_SHARE = 0.3  # of a tile's pixels that must be usable
 
 @dataclass(frozen=True)
 class Tiling:
-    """Which pixels make which tile of one block.
+    """Which pixels make which tile of one block."""
 
-    Attributes:
-        label: (h, w) number of the pixel's tile in this look, -1 where the pixel is not used.
-        pixels: (n,) pixels of each tile.
-        cell: (n, 2) row and column of each tile in the grid of squares.
-        side: of a square [px].
-    """
-
-    label: NDArray[np.intp]
-    pixels: NDArray[np.float64]
-    cell: NDArray[np.intp]
-    side: int
+    label: NDArray[np.intp]  # (h, w) number of the pixel's tile in this look, -1 where the pixel is not used
+    pixels: NDArray[np.float64]  # (n,) pixels of each tile
+    cell: NDArray[np.intp]  # (n, 2) row and column of each tile in the grid of squares
+    side: int  # of a square [px]
 
     def __len__(self) -> int:
         return len(self.pixels)

@@ -19,42 +19,25 @@ ROOM_WALL = (-2.0, 2.0), (-1.2, 1.2)  # [m] guess: to both sides, down and up, o
 
 @dataclass(frozen=True)
 class Setup:
-    """One thing to look at, from one pose.
+    """One thing to look at, from one pose."""
 
-    Attributes:
-        scene: what stands there.
-        pose: (4, 4) of the camera in the scene's world.
-        place: recordings with the same number share the error of their poses: nothing was moved between them.
-        time: since the sensor was switched on [s].
-        celsius: of the sensor.
-        light: share of the usual light of the lamp or exposure.
-    """
-
-    scene: Scene
-    pose: Array
-    place: int
-    time: float = WARM_S
-    celsius: float = WARM_C
-    light: float = 1.0
+    scene: Scene  # what stands there
+    pose: Array  # (4, 4) of the camera in the scene's world
+    place: int  # recordings with the same number share the error of their poses: nothing was moved between them
+    time: float = WARM_S  # since the sensor was switched on [s]
+    celsius: float = WARM_C  # of the sensor
+    light: float = 1.0  # share of the usual light of the lamp or exposure
 
 
 @dataclass(frozen=True)
 class Choice:
-    """One recording of the menu.
+    """One recording of the menu."""
 
-    Attributes:
-        name: one word.
-        text: what to do, as a sentence without a full stop.
-        minutes: of work: guess.
-        switch: one thing is changed and nothing moved, so that the pose cancels.
-        setups: what is seen; made only when asked for.
-    """
-
-    name: str
-    text: str
-    minutes: float
-    switch: bool
-    setups: Callable[[], list[Setup]]
+    name: str  # one word
+    text: str  # what to do, as a sentence without a full stop
+    minutes: float  # of work: guess
+    switch: bool  # one thing is changed and nothing moved, so that the pose cancels
+    setups: Callable[[], list[Setup]]  # what is seen; made only when asked for
 
 
 def _room() -> Scene:

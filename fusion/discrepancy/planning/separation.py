@@ -27,15 +27,10 @@ class Claimed:
 
 @dataclass(frozen=True)
 class Parting:
-    """How far two explanations stand apart, a further recording included.
+    """How far two explanations stand apart, a further recording included."""
 
-    Attributes:
-        sigma: standard deviations that the recording adds.
-        cosine: between the claim's footprint and the nearest that the rival can make of it, in all data together.
-    """
-
-    sigma: float
-    cosine: float
+    sigma: float  # standard deviations that the recording adds
+    cosine: float  # between the claim's footprint and the nearest that the rival can make of it, in all data together
 
     @property
     def clear(self) -> bool:

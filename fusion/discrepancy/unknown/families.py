@@ -24,19 +24,12 @@ SPAN = 1.5  # largest over smallest value, from which on powers differ from a li
 
 @dataclass(frozen=True)
 class ShapeFunction:
-    """A function of one variable, spanned by one or two columns.
+    """A function of one variable, spanned by one or two columns."""
 
-    Attributes:
-        kind: "power", "log", "wave", "log wave", "decay", "tan2" or "step".
-        variable: name as in verdicts.
-        number: exponent, period, time constant or place of the step.
-        unit: value of the variable at which a power is 1, or the start of a decay.
-    """
-
-    kind: str
-    variable: str
-    number: float = 1.0
-    unit: float = 1.0
+    kind: str  # "power", "log", "wave", "log wave", "decay", "tan2" or "step"
+    variable: str  # name as in verdicts
+    number: float = 1.0  # exponent, period, time constant or place of the step
+    unit: float = 1.0  # value of the variable at which a power is 1, or the start of a decay
 
     @property
     def tunable(self) -> bool:

@@ -30,17 +30,11 @@ WORDS = {
 
 @dataclass(frozen=True)
 class LeftoverFrame:
-    """Where a leftover persists.
+    """Where a leftover persists."""
 
-    Attributes:
-        name: "sensor", "object", "table", "time" or "signal"; "" where none predicts new recordings.
-        gains: drop of the chi2 in recordings left out, by frame, for those that could be tried.
-        clear: False when the next frame is nearly as good.
-    """
-
-    name: str
-    gains: dict[str, float]
-    clear: bool
+    name: str  # "sensor", "object", "table", "time" or "signal"; "" where none predicts new recordings
+    gains: dict[str, float]  # drop of the chi2 in recordings left out, by frame, for those that could be tried
+    clear: bool  # False when the next frame is nearly as good
 
     @property
     def text(self) -> str:

@@ -33,33 +33,19 @@ TRIED = 2000.0  # about how many forms are tried
 
 @dataclass(frozen=True)
 class UnknownLaw:
-    """An effect without a name.
+    """An effect without a name."""
 
-    Attributes:
-        variables: what it depends on, the most telling first.
-        text: its form in words and numbers.
-        simple: True for a formula, False for a table alone.
-        table: the same as an effect of the sensor.
-        footprint: (n,) what it changes, in units of the covariance.
-        native: (n,) the same in native units.
-        gain: drop of the chi2.
-        held_out: drop of the chi2 in recordings left out in turn.
-        probability: that noise alone does this, over all forms tried.
-        std: of its size, as a share of it.
-        score: the gain less the price of its freedom, and of the choice among all forms tried.
-    """
-
-    variables: tuple[str, ...]
-    text: str
-    simple: bool
-    table: Tabulated
-    footprint: Vector
-    native: Vector
-    gain: float
-    held_out: float
-    probability: float
-    std: float
-    score: float = 0.0
+    variables: tuple[str, ...]  # what it depends on, the most telling first
+    text: str  # its form in words and numbers
+    simple: bool  # True for a formula, False for a table alone
+    table: Tabulated  # the same as an effect of the sensor
+    footprint: Vector  # (n,) what it changes, in units of the covariance
+    native: Vector  # (n,) the same in native units
+    gain: float  # drop of the chi2
+    held_out: float  # drop of the chi2 in recordings left out in turn
+    probability: float  # that noise alone does this, over all forms tried
+    std: float  # of its size, as a share of it
+    score: float = 0.0  # the gain less the price of its freedom, and of the choice among all forms tried
 
     @property
     def replicated(self) -> bool:

@@ -17,21 +17,13 @@ MANY = 10  # numbers with which an entry is fitted: more than any formula has
 
 @dataclass(frozen=True)
 class Nearest:
-    """An entry that was rejected.
+    """An entry that was rejected."""
 
-    Attributes:
-        name: of the effect.
-        cosine: between the law and the best that the entry can make of it.
-        gain: share of the law's own gain that it reaches.
-        left: variables on which what it leaves still depends.
-        numbers: how many the entry is fitted with.
-    """
-
-    name: str
-    cosine: float
-    gain: float
-    left: tuple[str, ...]
-    numbers: int
+    name: str  # of the effect
+    cosine: float  # between the law and the best that the entry can make of it
+    gain: float  # share of the law's own gain that it reaches
+    left: tuple[str, ...]  # variables on which what it leaves still depends
+    numbers: int  # how many the entry is fitted with
 
     @property
     def reason(self) -> str:

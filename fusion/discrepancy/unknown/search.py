@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
+from fusion.discrepancy.inference.sizes import orthonormal
 from fusion.discrepancy.inference.tile_covariance import MeasuredTiles
 from fusion.discrepancy.unknown.elsewhere import gain_elsewhere
 from fusion.discrepancy.unknown.families import shapes_of
@@ -22,7 +23,6 @@ EXACT = 6  # of these, that are computed pixel by pixel
 ALIKE = 0.8  # of the gain: a finer wave that has it may be the better one once its period is right
 NEARBY = (0.96, 0.98, 1.0, 1.02, 1.04)  # times the period that means of tiles give
 SHORTEST = 0.75  # tiles: a tile's mean keeps a fifth of a wave of that length
-FAINT = 1e-6
 WORTH = 0.08  # of the gain: what a further variable or term must bring
 
 
@@ -167,8 +167,7 @@ def _scored(terms: Sequence[UnknownTerm], white: Vector, columns: TermColumns) -
 
 
 def _score(columns: Vector, white: Vector) -> float:
-    left, values, _ = np.linalg.svd(columns, full_matrices=False)
-    basis = left[:, values > FAINT * np.max(values, initial=1e-300)]
+    basis = orthonormal(columns)
     return float(((basis.T @ white) ** 2).sum()) - basis.shape[1] * float(np.log(len(white)))
 
 

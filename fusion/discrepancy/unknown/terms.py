@@ -13,18 +13,12 @@ Vector = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class UnknownTerm:
-    """A product of simple functions of different variables, or one of them times a free line or parabola of another.
+    """A product of simple functions of different variables, or one of them times a free line or parabola of another."""
 
-    Attributes:
-        shapes: one or two.
-        curve: the variable whose free polynomial multiplies them, or "".
-        degree: of that polynomial.
-        middle, half: of that variable's values.
-    """
-
-    shapes: tuple[ShapeFunction, ...]
-    curve: str = ""
-    degree: int = 1
+    shapes: tuple[ShapeFunction, ...]  # one or two
+    curve: str = ""  # the variable whose free polynomial multiplies them, or ""
+    degree: int = 1  # of that polynomial
+    # middle, half: of that variable's values
     middle: float = 0.0
     half: float = 1.0
 

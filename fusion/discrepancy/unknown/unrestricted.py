@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.discrepancy.inference.sizes import orthonormal
 from fusion.discrepancy.inference.tile_covariance import TileCovariance
 from fusion.discrepancy.observe.observations import Observations
 
@@ -57,7 +58,7 @@ def groups_of(observations: Observations, covariance: TileCovariance) -> list[Gr
                     [own * (depth / np.median(depth))[:, None] ** power for power in (1, 2)], axis=1
                 )
                 rows.append(((name, "depth"), scaled))
-    return [Group(variables, _orthonormal(covariance.whiten(columns))) for variables, columns in rows]
+    return [Group(variables, orthonormal(covariance.whiten(columns))) for variables, columns in rows]
 
 
 def covariates(observations: Observations) -> dict[str, NDArray[np.float64]]:
@@ -121,11 +122,6 @@ def _steps(values: NDArray[np.float64]) -> Matrix:
     edges = np.arange(0.0, float(np.max(values)) + 16, 16.0)
     columns = [((values >= low) & (values < high)).astype(float) for low, high in pairwise([*edges, np.inf])]
     return np.column_stack([column for column in columns if column.any()])
-
-
-def _orthonormal(columns: Matrix) -> Matrix:
-    left, values, _ = np.linalg.svd(columns, full_matrices=False)
-    return np.asarray(left[:, values > 1e-6 * np.max(values)])
 
 
 def _beyond(basis: Matrix, known: Matrix) -> Matrix:

@@ -64,7 +64,7 @@ def close(frames: Sequence[Keyframe]) -> ClosedLoops | None:
     met = _seen_again(frames, poses, overlaps(frames, poses), chain)
     if not met and not contradicted:
         return None
-    poses, met = _joined(frames, poses, chain, met)
+    poses, met = _joined(frames, poses, met)
     settled = settle(poses, chain + met)
     for _ in range(ROUNDS):
         met = _again(frames, settled, chain, met)
@@ -175,7 +175,7 @@ def _by_shape(frames: Sequence[Keyframe], poses: Array, pairs: Sequence[tuple[in
     return edges
 
 
-def _joined(frames: Sequence[Keyframe], poses: Array, chain: list[Edge], met: list[Edge]) -> tuple[Array, list[Edge]]:
+def _joined(frames: Sequence[Keyframe], poses: Array, met: list[Edge]) -> tuple[Array, list[Edge]]:
     """Poses in which each piece stands as its best edge to the others says; pieces joined by too little stay apart."""
     poses = poses.copy()
     pieces = np.array([frame.piece for frame in frames])

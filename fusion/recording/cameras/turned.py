@@ -123,7 +123,7 @@ def _one(depth: NDArray[np.float32], color: NDArray[np.uint8], camera: Camera) -
     step = max(1, round(max(depth.shape) / ALONG))
     rims = _rims(depth)[::step, ::step]
     pixels = _pixels(depth, camera)[::step, ::step].astype(np.float32)
-    edges = _edges(color, step)
+    edges = _edges(color)
     found = []
     for turn in (LEFT, RIGHT):
         turned = np.ascontiguousarray(np.rot90(edges, turn))
@@ -165,7 +165,7 @@ def _rims(depth: NDArray[np.float32]) -> NDArray[np.bool_]:
     return cv2.dilate(rims.astype(np.uint8), np.ones((step, step), np.uint8)).astype(bool)
 
 
-def _edges(color: NDArray[np.uint8], step: int) -> NDArray[np.float32]:
+def _edges(color: NDArray[np.uint8]) -> NDArray[np.float32]:
     """How strong the edges of an image (about 128 long) are, by their rank, 0 to 1."""
     share = ALONG / max(color.shape[:2])
     small = cv2.resize(color, None, fx=share, fy=share, interpolation=cv2.INTER_AREA).astype(np.float32)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from fusion.calibration.depth.calibration import DepthCalibration
 from fusion.report.calibrations.depth_bias import SHOWN, candidates_figure, curve_figure, maps_figure
 from fusion.report.kit.page import Figure, Number, Page, Section, write_page
-from fusion.report.kit.tables import numbers_table
+from fusion.report.kit.tables import folded, numbers_table
 from fusion.results.light import Light, level
 from fusion.sensor.words.description import MapSummary, description
 
@@ -105,7 +105,7 @@ def _walls(found: DepthCalibration) -> str:
 def _folded(head: list[str], rows: list[list[str]], what: str) -> str:
     """A table, which opens on a click where it is long."""
     table = numbers_table(head, rows)
-    return table if len(rows) <= LONGEST else f"<details><summary>All {len(rows)} {what}</summary>{table}</details>"
+    return table if len(rows) <= LONGEST else folded(f"All {len(rows)} {what}", table)
 
 
 def _maps(found: DepthCalibration) -> Figure:

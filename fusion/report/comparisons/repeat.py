@@ -10,7 +10,7 @@ from fusion.mesh.mesh import Mesh
 from fusion.repeatability.repeat import Repeat
 from fusion.repeatability.spread import SPREAD
 from fusion.report.kit.page import Figure, Number, Page, Section, write_page
-from fusion.report.kit.tables import numbers_table
+from fusion.report.kit.tables import numbers_table, paragraph
 from fusion.report.kit.viewer import Layer, script, value_layer, viewer
 from fusion.report.kit.views import Scale, ViewRow, mesh_views, scale_colors
 from fusion.report.scans.sure import sigma_scale
@@ -80,7 +80,7 @@ def _numbers(found: Repeat) -> list[Number]:
 
 def _features(found: Repeat) -> str:
     if not found.features.quantities:
-        return "<p>No planes and no spheres were found on this object.</p>"
+        return paragraph("No planes and no spheres were found on this object.")
     rows = []
     for quantity in found.features.quantities:
         mean, std, unit = scaled(quantity)

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from fusion.evaluation.evaluate import Evaluation, StretchLook
-from fusion.evaluation.summary import summary
+from fusion.evaluation.stretch_look import StretchLook
+from fusion.evaluation.summary import Evaluation, summary
 from fusion.report.evaluations.bench_curves import noise_figure, offset_figure, shares_figure, step_figure
 from fusion.report.evaluations.evaluation_text import headline, step_sentence
 from fusion.report.evaluations.pixel_maps import MOST, map_rows

@@ -1,10 +1,10 @@
 """The part of the page about one claim: curve, mask picture, parameters, look-alikes, what to record next."""
 
 from collections.abc import Iterator
-from html import escape
 from typing import Any
 
 import numpy as np
+from markupsafe import Markup
 from numpy.typing import NDArray
 
 from fusion.discrepancy.compared import cleaned
@@ -14,7 +14,7 @@ from fusion.discrepancy.verdict.words import chance, numbers_of, rivals_said, si
 from fusion.report.explanations.claim_figures import BinnedCurve, Unit, claim_figure
 from fusion.report.explanations.evidence import Footprint, inside, spread, variables_here
 from fusion.report.kit.page import Figure, Section
-from fusion.report.kit.tables import folded, numbers_table
+from fusion.report.kit.tables import folded, numbers_table, paragraph, titled
 from fusion.sensor.effects import EFFECTS
 from fusion.sensor.parameter import parameters
 from fusion.sensor.words.in_words import plain
@@ -111,7 +111,7 @@ def bins(found: Explanation, variable: str, values: Vector, used: NDArray[np.boo
             yield inner
 
 
-def parameters_table(claim: Claim) -> str:
+def parameters_table(claim: Claim) -> Markup:
     """The fitted parameters as HTML, every wave of them, and the law that they are of, folded."""
     kinds = {kind.name: kind for kind in EFFECTS}
     kind = kinds.get(claim.effect)
@@ -124,11 +124,11 @@ def parameters_table(claim: Claim) -> str:
     table = numbers_table(["parameter", "value +- one standard deviation"], rows) if rows else ""
     said = claim.where.text.removeprefix(f"{claim.effect}: ").replace("`", "")
     gain = f"It explains {claim.evidence.heldout_gain:.0%} of what is wrong, judged on recordings left out."
-    law = folded("Its law", f"<p>{escape(said[:1].upper() + said[1:])}. {gain}</p>")
-    return ("<h3>Parameters</h3>" + table if table else "") + law
+    law = folded("Its law", paragraph(f"{said[:1].upper() + said[1:]}. {gain}"))
+    return (titled("Parameters") + table if table else Markup()) + law
 
 
-def questions(claim: Claim) -> str:
+def questions(claim: Claim) -> Markup:
     """What else it could be and what to record next, as HTML."""
     alike = [plain(name) for name in rivals_said(claim)]
     other = (
@@ -145,4 +145,4 @@ def questions(claim: Claim) -> str:
             other += f". The nearest entry is {plain(claim.nearest.effect)}, but {claim.nearest.reason}"
     following = plain(claim.record_next) or "Nothing more is needed to tell it from others."
     parts = (("What else it could be", other), ("What to record next", following[:1].upper() + following[1:]))
-    return "".join(f"<h3>{escape(title)}</h3><p>{escape(text.rstrip('.'))}.</p>" for title, text in parts)
+    return Markup().join(titled(title, text.rstrip(".") + ".") for title, text in parts)

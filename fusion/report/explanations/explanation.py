@@ -1,6 +1,5 @@
 """The report of an explanation: what is missing in the model, where it shows, how sure, and what cannot be seen."""
 
-from html import escape
 from pathlib import Path
 
 from fusion.discrepancy.compared import Compared, recording_names
@@ -15,7 +14,7 @@ from fusion.report.explanations.claims import questions
 from fusion.report.explanations.mismatch import fit_section, maps_section, short
 from fusion.report.explanations.visibility import invisible_section, limits_section, visibility_section
 from fusion.report.kit.page import Number, Page, Section, write_page
-from fusion.report.kit.tables import folded, numbers_table
+from fusion.report.kit.tables import folded, numbers_table, titled
 from fusion.results.light import Light, level
 from fusion.sensor.words.in_words import plain
 
@@ -111,10 +110,7 @@ def _numbers(verdict: Verdict, seen: Compared) -> list[Number]:
 
 def _indicated(verdict: Verdict) -> Section:
     """What is likely but not established."""
-    said = [
-        f"<h3>{escape(_title(claim))}</h3><p>{escape(_told(claim, False))}</p>{questions(claim)}"
-        for claim in verdict.indicated
-    ]
+    said = [titled(_title(claim), _told(claim, False)) + questions(claim) for claim in verdict.indicated]
     lead = "Signs of these are there, but not enough to claim them: they are not in the extended model."
     return Section("Likely, but not established", lead, html="".join(said))
 

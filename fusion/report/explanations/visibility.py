@@ -1,14 +1,12 @@
 """Parts of the page on what these recordings could show at all: limits, look-alikes, and what they cannot show."""
 
-from html import escape
-
 import numpy as np
 
 from fusion.discrepancy.compared import depth_per_native
 from fusion.discrepancy.explain import Explanation
 from fusion.discrepancy.verdict.content import UpperLimit, Verdict
 from fusion.report.kit.page import Section
-from fusion.report.kit.tables import folded, numbers_table
+from fusion.report.kit.tables import folded, numbers_table, titled
 from fusion.sensor.words.in_words import plain
 from fusion.sensor.words.quantity import quantity
 
@@ -69,7 +67,7 @@ def invisible_section(verdict: Verdict) -> Section:
         advice = advised(text) if text else "Nothing on the menu of simple recordings shows it."
         if sigmas:
             advice += f" At its usual size it would stand out by {min(sigmas):.0f} times the noise."
-        said.append(f"<h3>{escape(', '.join(map(plain, names)))}</h3><p>{escape(advice)}</p>")
+        said.append(titled(", ".join(map(plain, names)), advice))
     lead = "These recordings say nothing about the following; they may be there or not."
     html = folded(f"All {len(verdict.invisible)} effects", "".join(said)) if said else ""
     return Section("What cannot be seen here", lead, html=html)

@@ -4,16 +4,17 @@ import base64
 import json
 import zlib
 from dataclasses import dataclass
-from html import escape
 from pathlib import Path
 
 import numpy as np
+from markupsafe import Markup
 from numpy.typing import NDArray
 
 from fusion.files.json_values import json_values
 from fusion.geometry.pose import Array
 from fusion.mesh.drawing.sight import SightSide, sides
 from fusion.mesh.mesh import Mesh
+from fusion.report.kit.html import markup
 from fusion.report.kit.page import Section
 from fusion.report.kit.views import Scale, scale_colors
 
@@ -21,6 +22,7 @@ CLAY = (201, 206, 214)  # of a bare shape
 STEPS = 65535  # of the longest side: places are kept as 16-bit numbers, 5 micrometres in 30 cm
 TRIANGLES = 200_000  # more makes turning slow on small computers (guess); thinning takes half a second
 POINTS = 60_000
+MANY = 1.5  # times as many triangles as are shown (guess)
 PACKED = 3  # zlib's level: 9 takes eight times as long for 0.3 to 0.7 % of the data
 
 
@@ -90,14 +92,8 @@ def viewer(mesh: Mesh, layers: list[Layer], up: Array, front: Array, paths: tupl
     thinner = len(small.faces) != len(mesh.faces) or not len(mesh.faces)
     lead = f"Drag to turn, scroll to zoom, right-drag to shift.{f' Shown with {count} for speed.' if thinner else ''}"
     # "<" would end the script early; JSON may write it as a number
-    data = json.dumps(json_values(about), separators=(",", ":")).replace("<", "\\u003c")
-    html = (
-        f'<div class="viewer" role="group" aria-label="Interactive 3D view of the mesh"><canvas tabindex="0"></canvas>'
-        f'{_buttons(layers)}{_switches(paths)}{_bars(layers)}<div class="scale"></div>'
-        f'<p class="sorry">This browser cannot show the 3D view (it needs WebGL 2); the pictures above need nothing.'
-        f'</p><script type="application/json">{data}</script></div>'
-        "<noscript><p>The 3D view needs JavaScript; the pictures above do not.</p></noscript>"
-    )
+    data = Markup(json.dumps(json_values(about), separators=(",", ":")).replace("<", "\\u003c"))
+    html = markup("report/kit/viewer.html", layers=layers, paths=paths, ramp=_ramp, data=data)
     return Section("Turn it yourself", lead, html=html, screen_only=True)
 
 
@@ -116,31 +112,10 @@ def _shown(
     return _Shown(len(mesh.vertices), len(mesh.faces), low, step, names, lines, packed, eye.up, eye.towards)
 
 
-def _buttons(layers: list[Layer]) -> str:
-    names = layers if len(layers) > 1 else []
-    inner = "".join(f'<button type="button" data-layer>{escape(layer.name)}</button>' for layer in names)
-    return f'<div class="buttons">{inner}<button type="button" data-home>Start view</button></div>'
-
-
-def _switches(paths: tuple[Path3D, ...]) -> str:
-    inner = "".join(
-        f'<label><input type="checkbox" data-path><i style="background:{path.color}"></i>{escape(path.name)}</label>'
-        for path in paths
-    )
-    return f'<div class="paths">{inner}</div>' if inner else ""
-
-
-def _bars(layers: list[Layer]) -> str:
-    """The colour scales, each shown with its layer."""
-    return "".join(_bar(place, layer.scale) for place, layer in enumerate(layers) if layer.scale is not None)
-
-
-def _bar(place: int, scale: Scale) -> str:
+def _ramp(scale: Scale) -> str:
+    """Its colours, as CSS has them."""
     stops = np.rint(scale_colors(np.linspace(scale.low, scale.high, 9), scale) * 255).astype(int)
-    colors = ", ".join(f"rgb({r},{g},{b})" for r, g, b in stops)
-    ends = f"<span>{scale.low:g}</span><span>{scale.high:g}</span>"
-    ramp = f'<i style="background:linear-gradient(to right, {colors})"></i>'
-    return f'<div class="bar" data-of="{place}" hidden>{ramp}<b>{ends}</b>{escape(scale.label)}</div>'
+    return ", ".join(f"rgb({r},{g},{b})" for r, g, b in stops)
 
 
 def thinned(mesh: Mesh, triangles: int = TRIANGLES) -> tuple[Mesh, NDArray[np.int64]]:
@@ -163,14 +138,16 @@ def thinned(mesh: Mesh, triangles: int = TRIANGLES) -> tuple[Mesh, NDArray[np.in
 
 
 def _decimated(vertices: Array, faces: NDArray[np.int32], triangles: int) -> tuple[Array, NDArray[np.int32]]:
-    """Fewer triangles: first vertex clustering where there are very many, then quadric collapse, which keeps edges."""
+    """Fewer triangles: vertex clustering where they are many more, a tenth of the time, then quadric collapse, which
+    keeps edges."""
     import open3d as o3d
 
     legacy = o3d.geometry.TriangleMesh(o3d.utility.Vector3dVector(vertices), o3d.utility.Vector3iVector(faces))
     legacy.remove_unreferenced_vertices()
     area = legacy.get_surface_area()
-    if len(faces) > 4 * triangles and area > 0:
-        # cells of edge e hold about 2 triangles per e^2 of surface: aim at twice the goal, as collapsing is slow
-        legacy = legacy.simplify_vertex_clustering(float(np.sqrt(2 * area / (2 * triangles))))
-    legacy = legacy.simplify_quadric_decimation(triangles)
+    if len(faces) > MANY * triangles and area > 0:
+        # cells of edge e hold about 2 triangles per e^2 of surface, up to a tenth more
+        legacy = legacy.simplify_vertex_clustering(float(np.sqrt(2.2 * area / triangles)))
+    if len(legacy.triangles) > triangles:
+        legacy = legacy.simplify_quadric_decimation(triangles)
     return np.asarray(legacy.vertices), np.asarray(legacy.triangles, np.int32)

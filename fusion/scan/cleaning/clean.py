@@ -17,16 +17,11 @@ from fusion.turntable.motion import Motion
 
 @dataclass(frozen=True)
 class Cleaned:
-    """The object alone.
+    """The object alone."""
 
-    Attributes:
-        mesh: without plate, flying parts and small holes.
-        kept: share of the surface that these are.
-        hidden: so far above the plate it cannot be told from it, and its sides are carried down [m]; 0: nothing is cut.
-    """
-
-    mesh: Mesh
-    kept: float
+    mesh: Mesh  # without plate, flying parts and small holes
+    kept: float  # share of the surface that these are
+    # so far above the plate it cannot be told from it, and its sides are carried down [m]; 0: nothing is cut
     hidden: float = 0.0
 
 

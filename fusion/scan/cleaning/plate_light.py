@@ -35,17 +35,11 @@ RING, FARTHEST, LEVEL = 0.01, 0.5, 0.006  # [m] of the plate about the axis; wha
 
 @dataclass(frozen=True)
 class PlateLight:
-    """By how much the surface seems to lie too far in.
+    """By how much the surface seems to lie too far in."""
 
-    Attributes:
-        offset: (n,) of each vertex [m].
-        reflectance: of the plate, told or usual.
-        taken_out: the vertices were moved out by it, as it was told how much the plate reflects.
-    """
-
-    offset: Array
-    reflectance: float
-    taken_out: bool
+    offset: Array  # (n,) of each vertex [m]
+    reflectance: float  # of the plate, told or usual
+    taken_out: bool  # the vertices were moved out by it, as it was told how much the plate reflects
 
     def __str__(self) -> str:
         largest, mean = 1e3 * float(np.percentile(self.offset, 95)), 1e3 * float(self.offset.mean())

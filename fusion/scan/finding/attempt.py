@@ -22,23 +22,14 @@ FEW = 0.05  # of the frames: fewer that something passes before do not pull a mo
 
 @dataclass(frozen=True)
 class Attempt:
-    """A scan as one camera sees it.
+    """A scan as one camera sees it."""
 
-    Attributes:
-        asked: the recording with the depth that the sensor's model corrects, and the camera; the settings.
-        region: where the object is.
-        frames: cut to its window; None where one cannot be read.
-        fit: what pairs of these say.
-        told: (n,) angles [rad] that log or stated step say, or None.
-        broken: frames that cannot be read, and why.
-    """
-
-    asked: Asked
-    region: Region
-    frames: list[Prepared | None]
-    fit: PairFit
-    told: NDArray[np.float64] | None
-    broken: dict[int, str]
+    asked: Asked  # the recording with the depth that the sensor's model corrects, and the camera; the settings
+    region: Region  # where the object is
+    frames: list[Prepared | None]  # cut to its window; None where one cannot be read
+    fit: PairFit  # what pairs of these say
+    told: NDArray[np.float64] | None  # (n,) angles [rad] that log or stated step say, or None
+    broken: dict[int, str]  # frames that cannot be read, and why
 
     @property
     def camera(self) -> Camera:

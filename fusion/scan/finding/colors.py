@@ -13,13 +13,9 @@ from fusion.recording.recording import Frame, Recording
 
 @dataclass(frozen=True)
 class Colors:
-    """The colour images of a recording.
+    """The colour images of a recording."""
 
-    Attributes:
-        source: where they are.
-    """
-
-    source: ColorImages
+    source: ColorImages  # where they are
 
     @staticmethod
     def of(recording: Recording) -> "Colors | None":

@@ -42,19 +42,12 @@ class _Known(NamedTuple):
 
 @dataclass(frozen=True)
 class PairFit:
-    """What pairs of views say.
+    """What pairs of views say."""
 
-    Attributes:
-        motion: of the table.
-        commanded: (n,) told angles [rad] that it follows, or None.
-        pixels: of each frame (h, w), those that take part, or None.
-        known: how well the depth is known; None where no calibration says it.
-    """
-
-    motion: Motion
-    commanded: Array | None
-    pixels: list[NDArray[np.bool_] | None]
-    known: DepthKnown | None
+    motion: Motion  # of the table
+    commanded: Array | None  # (n,) told angles [rad] that it follows, or None
+    pixels: list[NDArray[np.bool_] | None]  # of each frame (h, w), those that take part, or None
+    known: DepthKnown | None  # how well the depth is known; None where no calibration says it
 
 
 def fit_pairs(

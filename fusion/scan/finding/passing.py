@@ -33,20 +33,14 @@ AROUND = np.ones((5, 5), np.uint8)  # pixels that are asked beside those that pa
 
 @dataclass(frozen=True)
 class _Asked:
-    """Pixels of a frame on a grid.
+    """Pixels of a frame on a grid."""
 
-    Attributes:
-        at: rows and columns (m,) in the grid.
-        shape: of the grid.
-        points, normals: (m, 3) in the object's frame [m].
-        beside: half a pixel's width [m]: how far beside a point the pixel lies that says something of it.
-    """
-
-    at: tuple[NDArray[np.intp], NDArray[np.intp]]
-    shape: tuple[int, int]
+    at: tuple[NDArray[np.intp], NDArray[np.intp]]  # rows and columns (m,) in the grid
+    shape: tuple[int, int]  # of the grid
+    # points, normals: (m, 3) in the object's frame [m]
     points: Array
     normals: Array
-    beside: float
+    beside: float  # half a pixel's width [m]: how far beside a point the pixel lies that says something of it
 
 
 @dataclass(frozen=True)

@@ -29,21 +29,13 @@ NEAR = 0.03  # [m] what lies farther off is another surface, not this one displa
 
 @dataclass(frozen=True)
 class Agreement:
-    """What the pixels of k frames say of the model; shares of the pixels that can say something.
+    """What the pixels of k frames say of the model; shares of the pixels that can say something."""
 
-    Attributes:
-        frames: (k,) their indices.
-        before: (k,) seen before the model.
-        through: (k,) seen through the model: it stands where the frame looks past.
-        missing: (k,) seen on the object where the model has nothing.
-        bent: root mean square over tiles of a frame of how far it lies off the model, noise averaged out [m].
-    """
-
-    frames: NDArray[np.intp]
-    before: Array
-    through: Array
-    missing: Array
-    bent: float
+    frames: NDArray[np.intp]  # (k,) their indices
+    before: Array  # (k,) seen before the model
+    through: Array  # (k,) seen through the model: it stands where the frame looks past
+    missing: Array  # (k,) seen on the object where the model has nothing
+    bent: float  # root mean square over tiles of a frame of how far it lies off the model, noise averaged out [m]
 
     @property
     def against(self) -> float:

@@ -12,32 +12,19 @@ from fusion.turntable.jumps import Jump
 
 @dataclass(frozen=True)
 class Evidence:
-    """What the judgement of a scan rests on.
+    """What the judgement of a scan rests on."""
 
-    Attributes:
-        stated_camera: as the recording has it (after known errors of the lens were taken out).
-        focal: what the turning object says of its focal length.
-        refined: the scan's own focal length was taken.
-        jump: the largest sudden move of object or camera, None when there is none.
-        noise: standard deviation of the depth on the object [m].
-        kept_share: share of the surface that hangs together; the rest was dropped.
-        agreement: of single frames with the model.
-        print: of what is printed on the object, from view to view; None where no colours helped to find the motion.
-        hidden: so far above the plate the object cannot be told from it [m].
-        thin_share: share of the surface behind which another lies within the truncation: each disturbs the other.
-        notes: of the recording's doctor, of readers and of the correction.
-        footnotes: sentences that come with nearly every scan of such a sensor.
-    """
-
-    stated_camera: Camera
-    focal: FocalCheck
-    refined: bool
-    jump: Jump | None
-    noise: float
-    kept_share: float
-    agreement: Agreement
+    stated_camera: Camera  # as the recording has it (after known errors of the lens were taken out)
+    focal: FocalCheck  # what the turning object says of its focal length
+    refined: bool  # the scan's own focal length was taken
+    jump: Jump | None  # the largest sudden move of object or camera, None when there is none
+    noise: float  # standard deviation of the depth on the object [m]
+    kept_share: float  # share of the surface that hangs together; the rest was dropped
+    agreement: Agreement  # of single frames with the model
+    # of what is printed on the object, from view to view; None where no colours helped to find the motion
     print: PrintAgreement | None = None
-    hidden: float = 0.0
+    hidden: float = 0.0  # so far above the plate the object cannot be told from it [m]
+    # share of the surface behind which another lies within the truncation: each disturbs the other
     thin_share: float = 0.0
-    notes: tuple[Light, ...] = ()
-    footnotes: tuple[str, ...] = ()
+    notes: tuple[Light, ...] = ()  # of the recording's doctor, of readers and of the correction
+    footnotes: tuple[str, ...] = ()  # sentences that come with nearly every scan of such a sensor

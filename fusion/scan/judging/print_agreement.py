@@ -24,19 +24,14 @@ LEAST = 0.2  # correlation of a print with itself a little beside, from which th
 
 @dataclass(frozen=True)
 class PrintAgreement:
-    """What m pairs of n frames say.
+    """What m pairs of n frames say."""
 
-    Attributes:
-        edges: (m, 2) of the n.
-        alike, own, chance: (m,) see `PrintPair`; NaN where a pair shares too little.
-        count: n.
-    """
-
-    edges: NDArray[np.intp]
+    edges: NDArray[np.intp]  # (m, 2) of the n
+    # alike, own, chance: (m,) see `PrintPair`; NaN where a pair shares too little
     alike: Array
     own: Array
     chance: Array
-    count: int
+    count: int  # n
 
     @property
     def agree(self) -> NDArray[np.bool_]:

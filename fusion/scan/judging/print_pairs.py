@@ -52,17 +52,11 @@ class PrintedFrame:
 
 @dataclass(frozen=True)
 class PrintPair:
-    """What a pair of frames says.
+    """What a pair of frames says."""
 
-    Attributes:
-        alike: correlation of the prints of the same places, -1 to 1; NaN where they share too few.
-        own: of a print with itself, `OFF` pixels beside; of the two prints the one that has less of it.
-        chance: root mean square of the correlations with other places.
-    """
-
-    alike: float
-    own: float
-    chance: float
+    alike: float  # correlation of the prints of the same places, -1 to 1; NaN where they share too few
+    own: float  # of a print with itself, `OFF` pixels beside; of the two prints the one that has less of it
+    chance: float  # root mean square of the correlations with other places
 
 
 def printed(frame: Prepared, region: Region, T: Array) -> PrintedFrame | None:

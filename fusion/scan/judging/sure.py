@@ -24,20 +24,13 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class MadeWith:
-    """What a scan was made with.
+    """What a scan was made with."""
 
-    Attributes:
-        camera: as used.
-        focal: what the scan says of its focal length.
-        sensor: that rated the pixels; `given`: the one that was given, or None.
-        volume: its settings.
-    """
-
-    camera: Camera
-    focal: FocalCheck
-    sensor: Sensor
+    camera: Camera  # as used
+    focal: FocalCheck  # what the scan says of its focal length
+    sensor: Sensor  # that rated the pixels; `given`: the one that was given, or None
     given: Sensor | None
-    volume: VolumeSettings
+    volume: VolumeSettings  # its settings
 
 
 def scan_sigma(

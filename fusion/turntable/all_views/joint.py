@@ -32,19 +32,12 @@ FIXED = 1e-6  # [m] an axis that stays where it is
 
 @dataclass(frozen=True)
 class State:
-    """A motion of n views.
+    """A motion of n views."""
 
-    Attributes:
-        axis: in the camera's frame.
-        angles: (n,) [rad].
-        shifts: (n, 2) of the object along `axis.across()` [m], after the turn.
-        focal: log of the focal length over the stated one.
-    """
-
-    axis: Axis
-    angles: Array
-    shifts: Array
-    focal: float = 0.0
+    axis: Axis  # in the camera's frame
+    angles: Array  # (n,) [rad]
+    shifts: Array  # (n, 2) of the object along `axis.across()` [m], after the turn
+    focal: float = 0.0  # log of the focal length over the stated one
 
     def of(self, chosen: NDArray[np.intp]) -> "State":
         """The motion of some of the views."""
@@ -57,41 +50,28 @@ class State:
 
 @dataclass(frozen=True)
 class Joint:
-    """What the views say together.
+    """What the views say together."""
 
-    Attributes:
-        state: the motion.
-        angle_std, shift_std: (n,), (n,) [rad], [m].
-        focal_std: of the log of the focal length.
-        misfit, scale: (n,) of each view with its partners: share of the points that do not fit; observed over declared
-            spread of depth.
-        spread: rms distance of views from each other along the normal [m].
-        at: what the edges say there.
-    """
-
-    state: State
+    state: State  # the motion
+    # angle_std, shift_std: (n,), (n,) [rad], [m]
     angle_std: Array
     shift_std: Array
-    focal_std: float
+    focal_std: float  # of the log of the focal length
+    # misfit, scale: (n,) of each view with its partners: share of the points that do not fit; observed over declared
+    # spread of depth
     misfit: Array
     scale: Array
-    spread: float
-    at: Twists
+    spread: float  # rms distance of views from each other along the normal [m]
+    at: Twists  # what the edges say there
 
 
 @dataclass(frozen=True)
 class Free:
-    """What a joint fit may change.
+    """What a joint fit may change."""
 
-    Attributes:
-        loose: standard deviation of the shifts [m]; `FIXED` for a turntable.
-        axis: the axis too.
-        focal: the focal length too.
-    """
-
-    loose: float
-    axis: bool = True
-    focal: bool = False
+    loose: float  # standard deviation of the shifts [m]; `FIXED` for a turntable
+    axis: bool = True  # the axis too
+    focal: bool = False  # the focal length too
 
 
 @dataclass(frozen=True)

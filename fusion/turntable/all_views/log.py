@@ -51,7 +51,7 @@ def departure(angles: Array, told: Array, slips: Sequence[int] = ()) -> tuple[fl
     Steps that err independently add up to a random walk; between its fixed ends it leaves the straight line by more
     than 1.63 standard deviations of its end in one of 100 tables (Kolmogorov 1933). Errors that stand still in the
     image, or a wrong log, bend the angles far more than their single steps scatter. The straight line itself is the
-    unit of the log, which is judged elsewhere.
+    unit of the log, which scan/judging/table_lights.py judges.
 
     Args:
         angles: (n,) measured [rad], NaN where rejected.

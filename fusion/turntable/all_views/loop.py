@@ -31,46 +31,29 @@ FIRST = SHARED + len(NAMES)  # column of the first angle
 
 @dataclass(frozen=True)
 class Loop:
-    """A turntable motion and how well it fits.
+    """A turntable motion and how well it fits."""
 
-    Attributes:
-        axis: in the camera's frame.
-        angles: (n,) turn of each frame [rad], 0 at the first; NaN for a frame left out.
-        angle_std: (n,) standard deviation from the fit, noise taken as independent [rad].
-        residual: (n,) rms of a frame's pairs [m].
-        support: (n,) share of a frame's visible points that fit.
-        pairs: (n,) how many fit.
-        check: errors of camera and depth that were fitted, zero where they were not.
-        check_std: (13,) their standard deviations from the fit, noise taken as independent.
-    """
-
-    axis: Axis
-    angles: Array
-    angle_std: Array
-    residual: Array
-    support: Array
-    pairs: Array
-    check: SelfCheck
-    check_std: Array
+    axis: Axis  # in the camera's frame
+    angles: Array  # (n,) turn of each frame [rad], 0 at the first; NaN for a frame left out
+    angle_std: Array  # (n,) standard deviation from the fit, noise taken as independent [rad]
+    residual: Array  # (n,) rms of a frame's pairs [m]
+    support: Array  # (n,) share of a frame's visible points that fit
+    pairs: Array  # (n,) how many fit
+    check: SelfCheck  # errors of camera and depth that were fitted, zero where they were not
+    check_std: Array  # (13,) their standard deviations from the fit, noise taken as independent
 
 
 @dataclass(frozen=True)
 class LoopSettings:
-    """Passes of the joint fit.
+    """Passes of the joint fit."""
 
-    Attributes:
-        reaches: largest distance of a pair in each pass [m].
-        iterations: in each pass.
-        free_axis, free_angles: False keeps them as they are.
-        free_camera: names of `selfcheck.NAMES` that are fitted too.
-        told: (n,) angles [rad] as the table's log says, of the sign of the motion; None where nothing is known.
-    """
-
-    reaches: tuple[float, ...] = (0.03, 0.015, 0.008)
-    iterations: tuple[int, ...] = (6, 4, 4)
+    reaches: tuple[float, ...] = (0.03, 0.015, 0.008)  # largest distance of a pair in each pass [m]
+    iterations: tuple[int, ...] = (6, 4, 4)  # in each pass
+    # free_axis, free_angles: False keeps them as they are
     free_axis: bool = True
     free_angles: bool = True
-    free_camera: tuple[str, ...] = ()
+    free_camera: tuple[str, ...] = ()  # names of `selfcheck.NAMES` that are fitted too
+    # (n,) angles [rad] as the table's log says, of the sign of the motion; None where nothing is known
     told: Array | None = None
 
 

@@ -25,23 +25,17 @@ POINTS_FIRST = 1000  # source points per frame
 
 @dataclass(frozen=True)
 class Begun:
-    """A first motion.
+    """A first motion."""
 
-    Attributes:
-        used: frames that show the object.
-        seen, shown: their views, whole, and thinned above the plate.
-        floor: height of the plate's end along the axis [m].
-        axis, angles: of these frames [rad].
-        by_hand: where a hand turned the object about no fixed axis.
-    """
-
-    used: NDArray[np.intp]
+    used: NDArray[np.intp]  # frames that show the object
+    # seen, shown: their views, whole, and thinned above the plate
     seen: list[ObjectView]
     shown: list[ObjectView]
-    floor: float
+    floor: float  # height of the plate's end along the axis [m]
+    # axis, angles: of these frames [rad]
     axis: Axis
     angles: Array
-    by_hand: Alone | None = None
+    by_hand: Alone | None = None  # where a hand turned the object about no fixed axis
 
 
 def begin(

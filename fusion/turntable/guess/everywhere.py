@@ -31,17 +31,11 @@ TONE = 0.12  # spread of the contrasts' differences at the right place, about (g
 
 @dataclass(frozen=True)
 class Heard:
-    """Candidates of all pairs.
+    """Candidates of all pairs."""
 
-    Attributes:
-        edges: m lines: source and model view.
-        found: their motions.
-        shape: (m,) share of what both views see that fits.
-    """
-
-    edges: Edges
-    found: Registered
-    shape: Array
+    edges: Edges  # m lines: source and model view
+    found: Registered  # their motions
+    shape: Array  # (m,) share of what both views see that fits
 
     @cached_property
     def _rank(self) -> dict[int, int]:

@@ -14,17 +14,11 @@ MOVES = 200
 
 @dataclass(frozen=True)
 class Said:
-    """What m pairs of views say, several lines for a pair.
+    """What m pairs of views say, several lines for a pair."""
 
-    Attributes:
-        pairs: (m, 2) views (i, j), i before j.
-        turns: (m,) of j against i [rad].
-        worth: (m,) how much it counts, 0 or more.
-    """
-
-    pairs: NDArray[np.intp]
-    turns: Array
-    worth: Array
+    pairs: NDArray[np.intp]  # (m, 2) views (i, j), i before j
+    turns: Array  # (m,) of j against i [rad]
+    worth: Array  # (m,) how much it counts, 0 or more
 
 
 def consistent(n: int, said: Said) -> Array:

@@ -15,15 +15,10 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class FoundTurns:
-    """The turns of m pairs of views.
+    """The turns of m pairs of views."""
 
-    Attributes:
-        turns: (m,) [rad], right-handed about the axis.
-        misfit: (m,) 0 (perfect) to 1.
-    """
-
-    turns: Array
-    misfit: Array
+    turns: Array  # (m,) [rad], right-handed about the axis
+    misfit: Array  # (m,) 0 (perfect) to 1
 
 
 def axis_guesses(centre: Array) -> list[Axis]:

@@ -103,17 +103,12 @@ class Finished:
 
 @dataclass(frozen=True)
 class How:
-    """How a motion is finished.
+    """How a motion is finished."""
 
-    Attributes:
-        rounds: how often the model is made anew.
-        held: the angles stay, where something tells them better than shape does.
-        doubt: (13,) standard deviations of the errors of camera and depth before the scan was seen, by which the size
-            is judged; None where no calibration tells them.
-    """
-
-    rounds: int = 3
-    held: bool = False
+    rounds: int = 3  # how often the model is made anew
+    held: bool = False  # the angles stay, where something tells them better than shape does
+    # (13,) standard deviations of the errors of camera and depth before the scan was seen, by which the size is judged;
+    # None where no calibration tells them
     doubt: Array | None = None
 
 

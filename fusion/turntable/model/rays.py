@@ -19,16 +19,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Rays:
-    """What one frame shows of the object.
+    """What one frame shows of the object."""
 
-    Attributes:
-        values: (n, 8) point in the camera [m], normal, standard deviation of the depth [m], and by how much the
-            errors of rough places (see `shared_errors`) widen it.
-        tiles: (n, 2) row and column of the tile in which neighbours' errors are alike.
-    """
-
+    # (n, 8) point in the camera [m], normal, standard deviation of the depth [m], and by how much the errors of rough
+    # places (see `shared_errors`) widen it
     values: NDArray[np.float32]
-    tiles: NDArray[np.int32]
+    tiles: NDArray[np.int32]  # (n, 2) row and column of the tile in which neighbours' errors are alike
 
 
 @dataclass(frozen=True)

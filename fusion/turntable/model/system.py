@@ -23,22 +23,16 @@ SOME = 30_000  # equations that tell their scale, to 1 %
 
 @dataclass(frozen=True)
 class CellEquations:
-    """The equations of all frames, m of them, sorted by their cell on the model.
+    """The equations of all frames, m of them, sorted by their cell on the model."""
 
-    Attributes:
-        rows: (m, 9 or more) as in `meeting`: residual [m], derivative in the frame's angle, sigma [m], by how much
-            rough places widen it, height [m], and derivatives in the axis (4, see `Axis.before_moved_camera`) and in
-            errors of depth.
-        frame, ray: (m,) where each comes from.
-        first: (cells + 1,) where those of each cell begin.
-        n: number of frames.
-    """
-
+    # (m, 9 or more) as in `meeting`: residual [m], derivative in the frame's angle, sigma [m], by how much rough places
+    # widen it, height [m], and derivatives in the axis (4, see `Axis.before_moved_camera`) and in errors of depth
     rows: NDArray[np.float32]
+    # frame, ray: (m,) where each comes from
     frame: NDArray[np.int32]
     ray: NDArray[np.int32]
-    first: NDArray[np.int32]
-    n: int
+    first: NDArray[np.int32]  # (cells + 1,) where those of each cell begin
+    n: int  # number of frames
 
     @property
     def shared(self) -> int:

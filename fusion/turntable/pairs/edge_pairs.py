@@ -18,37 +18,22 @@ HIDDEN, SEEN, PAIRED = 0, 1, 2  # the model's camera cannot tell; sees the place
 
 
 class PairedViews(NamedTuple):
-    """Pairs of views and the views themselves.
+    """Pairs of views and the views themselves."""
 
-    Attributes:
-        edges: (m, 2) source and model view.
-        poses: (m, 4, 4) model from source.
-        first: (n + 1,) where the points of each view start.
-        sources: (all, 7) point, normal, sigma.
-        maps: (n, h, w, 7) the same of every view's pixels.
-    """
-
-    edges: I32_2
-    poses: F32_3
-    first: I32
-    sources: F32_2
-    maps: F32_4
+    edges: I32_2  # (m, 2) source and model view
+    poses: F32_3  # (m, 4, 4) model from source
+    first: I32  # (n + 1,) where the points of each view start
+    sources: F32_2  # (all, 7) point, normal, sigma
+    maps: F32_4  # (n, h, w, 7) the same of every view's pixels
 
 
 class CameraErrors(NamedTuple):
-    """A camera and what is wrong with it.
+    """A camera and what is wrong with it."""
 
-    Attributes:
-        lens: (12,) the corrected camera, see `geometry/lanes.py`.
-        stated: (2,) fx, fy as stated.
-        check: (13,) errors of camera and depth.
-        span: (4,) near, far [m], 1 for triangulation, 0 without depth errors.
-    """
-
-    lens: F32
-    stated: F32
-    check: F32
-    span: F32
+    lens: F32  # (12,) the corrected camera, see `geometry/lanes.py`
+    stated: F32  # (2,) fx, fy as stated
+    check: F32  # (13,) errors of camera and depth
+    span: F32  # (4,) near, far [m], 1 for triangulation, 0 without depth errors
 
 
 @func

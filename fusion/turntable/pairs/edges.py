@@ -30,20 +30,14 @@ NOISES = 5.0  # standard deviations of one point within which the same place is 
 
 @dataclass(frozen=True)
 class ViewStack:
-    """The views of a scan in arrays that one kernel can reach.
-
-    Attributes:
-        first: (n + 1,) where each view's points start.
-        points: (all, 7) of the sampled surface: point [m], normal, sigma [m].
-        maps: (n, h, w, 7) the same of the pixels, every `stride`-th of them.
-        tones, images: (all,), (n, h, w) what is printed there, see `ObjectView`; (0,), (0, 0, 0) without colour.
-    """
+    """The views of a scan in arrays that one kernel can reach."""
 
     views: Sequence[ObjectView]
-    first: NDArray[np.int32]
-    points: NDArray[np.float32]
-    maps: NDArray[np.float32]
+    first: NDArray[np.int32]  # (n + 1,) where each view's points start
+    points: NDArray[np.float32]  # (all, 7) of the sampled surface: point [m], normal, sigma [m]
+    maps: NDArray[np.float32]  # (n, h, w, 7) the same of the pixels, every `stride`-th of them
     stride: int
+    # tones, images: (all,), (n, h, w) what is printed there, see `ObjectView`; (0,), (0, 0, 0) without colour
     tones: NDArray[np.float32] = field(default_factory=lambda: np.zeros(0, np.float32))
     images: NDArray[np.float32] = field(default_factory=lambda: np.zeros((0, 0, 0), np.float32))
 

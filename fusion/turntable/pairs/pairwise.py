@@ -18,42 +18,30 @@ _LOWER = np.array([[max(a, b) * (max(a, b) + 1) // 2 + min(a, b) for b in range(
 
 @dataclass(frozen=True)
 class ViewPairLimits:
-    """What makes a pair and how it counts.
+    """What makes a pair and how it counts."""
 
-    Attributes:
-        reach: largest distance of a pair [m], see `Stack.reach`.
-        scale: observed over declared spread of depth; 0 takes all within reach, below there are no equations.
-        tone: spread of the contrasts' differences; 0 leaves print out of the equations.
-        most: about so many points of a view.
-    """
-
-    reach: float
-    scale: float = 0.0
-    tone: float = 0.0
-    most: int = 600
+    reach: float  # largest distance of a pair [m], see `Stack.reach`
+    scale: float = 0.0  # observed over declared spread of depth; 0 takes all within reach, below there are no equations
+    tone: float = 0.0  # spread of the contrasts' differences; 0 leaves print out of the equations
+    most: int = 600  # about so many points of a view
 
 
 @dataclass(frozen=True)
 class Twists:
     """What the points of m edges say of small motions after theirs, in [rotation about a centre (3), shift (3)], and of
     the focal length, log(f / stated).
-
-    Attributes:
-        H, g: (m, 7, 7), (m, 7) normal equations of shape and print together.
-        visible, pairs: (m,) points that the other view could have met, and that met something near.
-        misfit: (m,) 0 (perfect) to 1, of the visible points.
-        alike: (m,) correlation of the print, -1 to 1; 0 where too few points or no print tell.
-        printed: (m,) number of points whose print was compared.
-        scale, tone: (m,) observed over declared spread of depth, and mean difference of the contrasts.
     """
 
+    # H, g: (m, 7, 7), (m, 7) normal equations of shape and print together
     H: Array
     g: Array
+    # visible, pairs: (m,) points that the other view could have met, and that met something near
     visible: Array
     pairs: Array
-    misfit: Array
-    alike: Array
-    printed: Array
+    misfit: Array  # (m,) 0 (perfect) to 1, of the visible points
+    alike: Array  # (m,) correlation of the print, -1 to 1; 0 where too few points or no print tell
+    printed: Array  # (m,) number of points whose print was compared
+    # scale, tone: (m,) observed over declared spread of depth, and mean difference of the contrasts
     scale: Array
     tone: Array
 

@@ -22,14 +22,10 @@ NEAR_PLATE = 0.3  # of the size, how far from its plane a plate may seem to be, 
 
 @dataclass(frozen=True)
 class Plate:
-    """What the object stands on.
+    """What the object stands on."""
 
-    Attributes:
-        height: of its surface along the axis [m], measured from the axis' point.
-        table: that of the table below it, where the plate is not round, so that it is seen to turn; else None.
-    """
-
-    height: float
+    height: float  # of its surface along the axis [m], measured from the axis' point
+    # that of the table below it, where the plate is not round, so that it is seen to turn; else None
     table: float | None = None
 
 

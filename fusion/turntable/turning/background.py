@@ -22,19 +22,13 @@ RARE = 0.05  # share of a pixel's depths that may lie farther than what stands t
 
 @dataclass(frozen=True)
 class Behind:
-    """What depth images may show behind the object.
+    """What depth images may show behind the object."""
 
-    Attributes:
-        far: (h, w) farthest depth that was seen more than rarely [m], NaN where unknown.
-        still: (h, w) pixels that always see the same depth.
-        usual: (h, w) pixels that see their farthest depth in most frames; an arm may have passed before it.
-        limit: (h, w) depths that differ by less are the same [m].
-    """
-
-    far: Image
-    still: NDArray[np.bool_]
+    far: Image  # (h, w) farthest depth that was seen more than rarely [m], NaN where unknown
+    still: NDArray[np.bool_]  # (h, w) pixels that always see the same depth
+    # (h, w) pixels that see their farthest depth in most frames; an arm may have passed before it
     usual: NDArray[np.bool_]
-    limit: Image
+    limit: Image  # (h, w) depths that differ by less are the same [m]
 
 
 def find_background(seen: Behind, outside: NDArray[np.bool_]) -> Image:

@@ -15,7 +15,7 @@ from fusion.geometry.pose import Array
 from fusion.volume.blocks import Blocks
 from fusion.volume.hashing import Hash
 from fusion.volume.integration.frame import CELL, PAD, STRIP, Work, whole
-from fusion.volume.integration.missing import FILTER, MissingBlocks, look
+from fusion.volume.integration.missing_blocks import FILTER, MissingBlocks, look
 from fusion.volume.lens import rows
 from fusion.volume.settings import BLOCK, LATTICE, VolumeSettings
 

@@ -1,5 +1,5 @@
 # mypy: ignore-errors
-"""The plane that touches the measured surface at every pixel.
+"""The plane that touches the measured surface at every pixel, and its weight.
 
 In the image, one over the depth of a plane is linear. A pixel amid eight others on the same surface takes the slopes
 from all nine, and its depth as the mean of itself and, half of the weight, its four neighbours: about as quiet as
@@ -17,7 +17,8 @@ from fusion.volume.integration.frame import CELL, NOWHERE, PAD, STRIP
 
 STEEP = 0.1  # least slant, about 84 degrees: beyond, depth says nothing about it (guess)
 EDGE = 0.5  # slant of pixels without neighbours (guess)
-EDGE_WEIGHT = 0.01  # of pixels beside a jump in depth: they fill in only what no other pixel sees
+# of pixels beside a jump in depth: they fill in only what no other pixel sees (`DOUBT` of sensor/weights for effects)
+EDGE_WEIGHT = 0.01
 
 
 class Inverse(NamedTuple):

@@ -11,8 +11,8 @@ from tools.sets.loop_scenes.judged import Judged, Side
 
 HEAD = (
     f"{'':<13}{'':<8}{'ATE':>8}{'ratio':>7}{'placed':>11}{'drift':>8}{'':>6}{'gap':>8}{'mesh':>7}{'95 %':>7}"
-    f"{'twice':>7}{'time':>7}\n"
-    f"{'scene':<13}{'':<8}{'mm':>8}{'':>7}{'':>11}{'mm':>8}{'deg':>6}{'mm':>8}{'mm':>7}{'mm':>7}{'%':>7}{'s':>7}"
+    f"{'twice':>7}{'sure':>7}{'time':>7}\n"
+    f"{'scene':<13}{'':<8}{'mm':>8}{'':>7}{'':>11}{'mm':>8}{'deg':>6}{'mm':>8}{'mm':>7}{'mm':>7}{'%':>7}{'%':>7}{'s':>7}"
 )
 
 
@@ -37,8 +37,8 @@ def line(name: str, program: str, side: Side, ratio: float, placed: str) -> str:
     """One program's figures; a dash is no number."""
     off, mesh, no = side.off, side.mesh, float("nan")
     figures = [off.drift * 1e3, off.drift_deg, off.gap * 1e3] if off else [no] * 3
-    figures += [mesh.median * 1e3, mesh.p95 * 1e3, mesh.beyond * 100] if mesh else [no] * 3
-    widths = zip([*figures, side.seconds], (8, 6, 8, 7, 7, 7, 7), (1, 2, 1, 1, 1, 1, 0), strict=True)
+    figures += [mesh.median * 1e3, mesh.p95 * 1e3, mesh.beyond * 100, mesh.within * 100] if mesh else [no] * 4
+    widths = zip([*figures, side.seconds], (8, 6, 8, 7, 7, 7, 7, 7), (1, 2, 1, 2, 1, 1, 1, 0), strict=True)
     text = f"{name:<13}{program:<8}{number(off.ate * 1e3 if off else no, 8, 1)}{number(ratio, 7, 2)}{placed:>11}"
     return text + "".join(number(x, width, digits) for x, width, digits in widths)
 

@@ -69,7 +69,7 @@ class Case:
         color: the recordings have colour images.
         degrees: of the table, in each pass that says nothing else.
         other: how the second pass is recorded; None as the first one is.
-        refused: what `fusion merge` ought to say; "" where it ought to merge.
+        refused: why `fusion merge` ought to refuse: different, symmetric or overlap; "" where it ought to merge.
     """
 
     shape: str

@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 ALIGNED = 0.003  # [m] rms over the object's surface by which an aligned pass may miss the true transform
 RATIO = 1.1  # of the rms with the true transform
 WITHIN = 0.003  # [m] of the mesh: a point of the truth is there
+WORDS = {"different": "not show one object", "symmetric": "symmetric", "overlap": "too little surface"}  # of a refusal
 SAMPLES = 20_000
 DIRECTIONS = 60  # from which a point of the surface may be seen: what lies in other parts is no surface
 
@@ -51,7 +52,7 @@ class Judged:
     def right(self) -> bool:
         """Aligned and as good as with the true transform, or refused for the right reason."""
         if self.refused:
-            return self.status == 1 and self.refused in self.said
+            return self.status == 1 and WORDS[self.refused] in self.said
         return self.status == 0 and self.miss < ALIGNED and self.rms <= RATIO * self.rms_true
 
 

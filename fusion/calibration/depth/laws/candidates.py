@@ -28,21 +28,14 @@ BRIGHTNESS = (("amplitude",), ("amplitude^2",), ("amplitude^2", "amplitude log")
 
 @dataclass(frozen=True)
 class CandidateLaw:
-    """A law that may be chosen.
+    """A law that may be chosen."""
 
-    Attributes:
-        name: as it stands in the report.
-        keys: its terms.
-        waves: how many waves are added; their periods are searched.
-        periods: [m] that they may have; empty: any.
-        surface: "", or "map" / "stack": what is left per pixel is taken too, the same at all distances or for each.
-    """
-
-    name: str
-    keys: tuple[str, ...]
-    waves: int = 0
+    name: str  # as it stands in the report
+    keys: tuple[str, ...]  # its terms
+    waves: int = 0  # how many waves are added; their periods are searched
+    # "", or "map" / "stack": what is left per pixel is taken too, the same at all distances or for each
     surface: str = ""
-    periods: tuple[float, ...] = ()
+    periods: tuple[float, ...] = ()  # [m] that they may have; empty: any
 
     @property
     def numbers(self) -> int:

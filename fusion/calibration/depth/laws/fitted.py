@@ -25,23 +25,15 @@ Array = NDArray[np.floating]
 
 @dataclass(frozen=True)
 class Fitted:
-    """A law with its final numbers.
+    """A law with its final numbers."""
 
-    Attributes:
-        terms: of the law (n,), first those of the curve's own numbers, last the derivatives to the periods.
-        numbers: by name, as effects want them.
-        covariance: (n, n) of the terms' numbers.
-        scatter: standard deviation [m] of the walls' distances beyond the stated one; 0 when that explains them.
-        sensor: with the law's effects.
-        evidence: per wall, `rest` being what the law leaves over [m].
-    """
-
+    # of the law (n,), first those of the curve's own numbers, last the derivatives to the periods
     terms: tuple[LawTerm, ...]
-    numbers: LawNumbers
-    covariance: NDArray[np.floating]
-    scatter: float
-    sensor: Sensor
-    evidence: list[WallEvidence]
+    numbers: LawNumbers  # by name, as effects want them
+    covariance: NDArray[np.floating]  # (n, n) of the terms' numbers
+    scatter: float  # standard deviation [m] of the walls' distances beyond the stated one; 0 when that explains them
+    sensor: Sensor  # with the law's effects
+    evidence: list[WallEvidence]  # per wall, `rest` being what the law leaves over [m]
 
 
 @dataclass(frozen=True)

@@ -19,26 +19,17 @@ Array = NDArray[np.floating]
 
 @dataclass(frozen=True)
 class WallEvidence:
-    """A wall as a linear problem: rest = terms @ numbers + nuisances + noise, a row per tile (t).
+    """A wall as a linear problem: rest = terms @ numbers + nuisances + noise, a row per tile (t)."""
 
-    Attributes:
-        wall, tiles: where it comes from.
-        samples: where the terms are computed.
-        rest: (t,) depth less the wall's depth at its stated distance [m].
-        terms: (t, k) change of the depth per unit of each term.
-        nuisances: (t, 3) change of the depth per unit of tilt about both axes, and of distance.
-        variance: (t,) [m^2] of a tile, correlation with its neighbours counted in.
-        distance_std: [m], inf where the distance is not known; the tilts' own stands in the wall.
-    """
-
+    # wall, tiles: where it comes from
     wall: Wall
     tiles: TileGrid
-    samples: WallSamples
-    rest: Array
-    terms: Array
-    nuisances: Array
-    variance: Array
-    distance_std: float
+    samples: WallSamples  # where the terms are computed
+    rest: Array  # (t,) depth less the wall's depth at its stated distance [m]
+    terms: Array  # (t, k) change of the depth per unit of each term
+    nuisances: Array  # (t, 3) change of the depth per unit of tilt about both axes, and of distance
+    variance: Array  # (t,) [m^2] of a tile, correlation with its neighbours counted in
+    distance_std: float  # [m], inf where the distance is not known; the tilts' own stands in the wall
 
     def projected(self, other: Array) -> Array:
         """W other - what the nuisances take of it: `a @ projected(b)` is the product after them; other (t, ...)."""
@@ -53,19 +44,14 @@ class WallEvidence:
 
 @dataclass(frozen=True)
 class Information:
-    """Sums over the tiles of walls after the nuisances.
+    """Sums over the tiles of walls after the nuisances."""
 
-    Attributes:
-        M, b, c: (k, k), (k,) and the weighted square of the rest.
-        raw: (k,) norms of the terms before the nuisances.
-        prior: (k,) 1 / variance of the numbers before any wall is seen; 0 where all is possible.
-    """
-
+    # M, b, c: (k, k), (k,) and the weighted square of the rest
     M: Array
     b: Array
     c: float
-    raw: Array
-    prior: Array
+    raw: Array  # (k,) norms of the terms before the nuisances
+    prior: Array  # (k,) 1 / variance of the numbers before any wall is seen; 0 where all is possible
 
     def __add__(self, other: "Information") -> "Information":
         return Information(self.M + other.M, self.b + other.b, self.c + other.c, self.raw + other.raw, self.prior)

@@ -37,21 +37,15 @@ Values = dict[str, float]
 
 @dataclass(frozen=True)
 class LawNumbers:
-    """Numbers of a law by term, their standard deviations, and what the terms need to become effects.
+    """Numbers of a law by term, their standard deviations, and what the terms need to become effects."""
 
-    Attributes:
-        value, std: by the term's key.
-        nodes: of a curve of straight pieces [m].
-        ir_reference: of the amplitude error [count].
-        ratio: (h, w) of rays, see `Start`.
-        ir_span: least and largest amplitude seen [count]; a brightness curve is held half an octave beyond.
-    """
-
+    # value, std: by the term's key
     value: Values
     std: Values
-    nodes: tuple[float, ...] = ()
-    ir_reference: float = 1000.0
-    ratio: NDArray[np.floating] | None = field(default=None, repr=False)
+    nodes: tuple[float, ...] = ()  # of a curve of straight pieces [m]
+    ir_reference: float = 1000.0  # of the amplitude error [count]
+    ratio: NDArray[np.floating] | None = field(default=None, repr=False)  # (h, w) of rays, see `Start`
+    # least and largest amplitude seen [count]; a brightness curve is held half an octave beyond
     ir_span: tuple[float, float] = (100.0, 65535.0)
 
 

@@ -55,42 +55,25 @@ class Problem:
 
 @dataclass(frozen=True)
 class FittedLaw:
-    """A candidate with its numbers.
+    """A candidate with its numbers."""
 
-    Attributes:
-        keys: terms (n,).
-        numbers: (n,).
-        covariance: (n, n).
-        chi2: weighted square of what is left over.
-        held: True when the periods of its waves are known.
-    """
-
-    keys: tuple[str, ...]
-    numbers: Array
-    covariance: Array
-    chi2: float
-    held: bool = False
+    keys: tuple[str, ...]  # terms (n,)
+    numbers: Array  # (n,)
+    covariance: Array  # (n, n)
+    chi2: float  # weighted square of what is left over
+    held: bool = False  # True when the periods of its waves are known
 
 
 @dataclass(frozen=True)
 class JudgedLaw:
-    """A candidate's errors on walls that were left out of its fit.
+    """A candidate's errors on walls that were left out of its fit."""
 
-    Attributes:
-        candidate: which.
-        law: fitted to all walls.
-        chi2: (w,) weighted square of what the fit to the others leaves over on each wall.
-        offset: (w,) the wall's error on the optical axis [m]; NaN where its distance is not known.
-        rms: (w,) of the tiles with that error, the tilt taken out [m].
-        residual: per wall (t,) the same, tile by tile [m].
-    """
-
-    candidate: CandidateLaw
-    law: FittedLaw
-    chi2: Array
-    offset: Array
-    rms: Array
-    residual: tuple[Array, ...] = ()
+    candidate: CandidateLaw  # which
+    law: FittedLaw  # fitted to all walls
+    chi2: Array  # (w,) weighted square of what the fit to the others leaves over on each wall
+    offset: Array  # (w,) the wall's error on the optical axis [m]; NaN where its distance is not known
+    rms: Array  # (w,) of the tiles with that error, the tilt taken out [m]
+    residual: tuple[Array, ...] = ()  # per wall (t,) the same, tile by tile [m]
 
     @property
     def error(self) -> float:

@@ -19,26 +19,18 @@ Law = Callable[[WallSamples], Array]
 
 @dataclass(frozen=True)
 class LawTerm:
-    """One number of a law.
+    """One number of a law."""
 
-    Attributes:
-        key: its name among the terms, such as "offset" or "sin 0.625000".
-        effect, parameter: where it goes in a sensor file; `BOARD`: nowhere.
-        unit: of the number.
-        change: change of the depth (n,) [m] per unit, at samples (n,).
-        typical: a size at which it would be plainly visible.
-        highest: standard deviation of the number over all sensors, where it keeps laws of many terms from running
-            away; inf where the walls alone decide.
-        shape: True when it is 0 at the middle of the image: no part of the one curve over distance.
-    """
-
-    key: str
+    key: str  # its name among the terms, such as "offset" or "sin 0.625000"
+    # effect, parameter: where it goes in a sensor file; `BOARD`: nowhere
     effect: str
     parameter: str
-    unit: str
-    change: Law
-    typical: float
-    shape: bool = False
+    unit: str  # of the number
+    change: Law  # change of the depth (n,) [m] per unit, at samples (n,)
+    typical: float  # a size at which it would be plainly visible
+    shape: bool = False  # True when it is 0 at the middle of the image: no part of the one curve over distance
+    # standard deviation of the number over all sensors, where it keeps laws of many terms from running away; inf where
+    # the walls alone decide
     highest: float = float("inf")
 
     @property

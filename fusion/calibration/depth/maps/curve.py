@@ -20,17 +20,11 @@ Array = NDArray[np.floating]
 
 @dataclass(frozen=True)
 class DepthCurve:
-    """The mean error of a depth on the optical axis.
+    """The mean error of a depth on the optical axis."""
 
-    Attributes:
-        distance: (n,) true depth [m].
-        bias: (n,) measured less true [m].
-        std: (n,) of the bias [m].
-    """
-
-    distance: Array
-    bias: Array
-    std: Array
+    distance: Array  # (n,) true depth [m]
+    bias: Array  # (n,) measured less true [m]
+    std: Array  # (n,) of the bias [m]
 
     @property
     def half_width(self) -> Array:

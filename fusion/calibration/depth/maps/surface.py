@@ -19,20 +19,14 @@ Array = NDArray[np.floating]
 
 @dataclass(frozen=True)
 class MapStack:
-    """Maps of the error in the sensor's own unit, pixels of disparity or metres along the ray, over a grid of tiles.
+    """Maps of the error in the sensor's own unit, pixels of disparity or metres along the ray, over a grid of tiles."""
 
-    Attributes:
-        distance: (n,) of the walls [m], increasing.
-        maps: (n, rows, columns).
-        u, v: centres of the tiles [px].
-        std: of a usual tile of a map, in the same unit.
-    """
-
-    distance: Array
-    maps: Array
+    distance: Array  # (n,) of the walls [m], increasing
+    maps: Array  # (n, rows, columns)
+    # u, v: centres of the tiles [px]
     u: Array
     v: Array
-    std: float = 0.0
+    std: float = 0.0  # of a usual tile of a map, in the same unit
 
 
 def native(evidence: WallEvidence, sensor: Sensor) -> Array:

@@ -17,32 +17,20 @@ Array = NDArray[np.floating]
 
 @dataclass(frozen=True)
 class WallSamples:
-    """Pixels (n,) of one wall, as far as terms ask for them.
+    """Pixels (n,) of one wall, as far as terms ask for them."""
 
-    Attributes:
-        depth: true depth [m].
-        seen: depth of the plane through what was measured [m].
-        stretch: length of the ray per metre of depth.
-        u, v: from the principal point [px].
-        ir: amplitude [count], or None.
-        focal_baseline: disparity times depth [px m].
-        reach: half of the image's diagonal [px]: where the radial terms are 1.
-        time_of_flight: True when the sensor measures along the ray.
-        label: tile of each.
-        gloss: change of the range per unit of mirrored light [m], or None.
-    """
-
-    depth: Array
-    seen: Array
-    stretch: Array
+    depth: Array  # true depth [m]
+    seen: Array  # depth of the plane through what was measured [m]
+    stretch: Array  # length of the ray per metre of depth
+    # u, v: from the principal point [px]
     u: Array
     v: Array
-    ir: Array | None
-    focal_baseline: float
-    reach: float
-    time_of_flight: bool
-    label: NDArray[np.intp]
-    gloss: Array | None = None
+    ir: Array | None  # amplitude [count], or None
+    focal_baseline: float  # disparity times depth [px m]
+    reach: float  # half of the image's diagonal [px]: where the radial terms are 1
+    time_of_flight: bool  # True when the sensor measures along the ray
+    label: NDArray[np.intp]  # tile of each
+    gloss: Array | None = None  # change of the range per unit of mirrored light [m], or None
 
     @property
     def along_ray(self) -> Array:

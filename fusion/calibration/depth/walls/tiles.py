@@ -11,21 +11,13 @@ FULL = 0.25  # share of a tile's pixels that must be wall
 
 @dataclass(frozen=True)
 class TileGrid:
-    """Which tile each pixel belongs to.
+    """Which tile each pixel belongs to."""
 
-    Attributes:
-        label: (h, w) number of the tile, -1 outside.
-        count: (t,) pixels in each.
-        place: (t, 2) row and column in the grid of tiles; squares of a board may share one.
-        grid: rows and columns of that grid.
-        side: edge of a tile [px].
-    """
-
-    label: NDArray[np.intp]
-    count: NDArray[np.int64]
-    place: NDArray[np.intp]
-    grid: tuple[int, int]
-    side: int
+    label: NDArray[np.intp]  # (h, w) number of the tile, -1 outside
+    count: NDArray[np.int64]  # (t,) pixels in each
+    place: NDArray[np.intp]  # (t, 2) row and column in the grid of tiles; squares of a board may share one
+    grid: tuple[int, int]  # rows and columns of that grid
+    side: int  # edge of a tile [px]
 
     def mean(self, image: NDArray[np.floating]) -> NDArray[np.floating]:
         """(t,) means of an image that broadcasts to (h, w)."""

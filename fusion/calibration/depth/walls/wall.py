@@ -25,43 +25,28 @@ LEAST_STD = 1e-6  # [m] no wall's distance is known better, and weights stay fin
 
 @dataclass(frozen=True)
 class Wall:
-    """What the frames of one recording say about a wall.
+    """What the frames of one recording say about a wall."""
 
-    Attributes:
-        name: of the recording's folder.
-        frames: number of frames.
-        measured: (h, w) mean depth as recorded [m], NaN where half of the frames or more have none.
-        depth: (h, w) the same after what is known of the sensor is undone [m].
-        std: (h, w) standard deviation of one frame [m].
-        mask: (h, w) pixels of the wall.
-        plane: through the wall.
-        distance: depth at `centre`, as it was measured otherwise [m]; NaN when it was not.
-        distance_std: of that distance [m].
-        ir: (h, w) mean amplitude [count], or None.
-        moment: when it was recorded.
-        tilt_std: standard deviation of the plane's tilts [1] where a board told them, else inf: the wall tells them.
-        gloss: (h, w) change of the range [m] per unit of light that a board mirrors, or None; see `gloss.py`.
-        centre: x / z and y / z of the ray along which the distance was measured; the optical axis by default.
-        squares: (h, w) number of the board's square that a pixel sees, -1 elsewhere; None for a wall.
-        unread: index of each frame that could not be read: why.
-    """
-
-    name: str
-    frames: int
-    measured: NDArray[np.floating]
-    depth: NDArray[np.floating]
-    std: NDArray[np.floating]
-    mask: NDArray[np.bool_]
-    plane: WallPlane
-    distance: float
-    distance_std: float
-    ir: NDArray[np.floating] | None = None
-    moment: Moment = field(default_factory=Moment)
+    name: str  # of the recording's folder
+    frames: int  # number of frames
+    measured: NDArray[np.floating]  # (h, w) mean depth as recorded [m], NaN where half of the frames or more have none
+    depth: NDArray[np.floating]  # (h, w) the same after what is known of the sensor is undone [m]
+    std: NDArray[np.floating]  # (h, w) standard deviation of one frame [m]
+    mask: NDArray[np.bool_]  # (h, w) pixels of the wall
+    plane: WallPlane  # through the wall
+    distance: float  # depth at `centre`, as it was measured otherwise [m]; NaN when it was not
+    distance_std: float  # of that distance [m]
+    ir: NDArray[np.floating] | None = None  # (h, w) mean amplitude [count], or None
+    moment: Moment = field(default_factory=Moment)  # when it was recorded
+    # x / z and y / z of the ray along which the distance was measured; the optical axis by default
     centre: tuple[float, float] = (0.0, 0.0)
+    # (h, w) number of the board's square that a pixel sees, -1 elsewhere; None for a wall
     squares: NDArray[np.intp] | None = None
+    # standard deviation of the plane's tilts [1] where a board told them, else inf: the wall tells them
     tilt_std: float = float("inf")
+    # (h, w) change of the range [m] per unit of light that a board mirrors, or None; see `gloss.py`
     gloss: NDArray[np.floating] | None = None
-    unread: dict[int, str] = field(default_factory=dict)
+    unread: dict[int, str] = field(default_factory=dict)  # index of each frame that could not be read: why
 
     @property
     def true_plane(self) -> WallPlane:

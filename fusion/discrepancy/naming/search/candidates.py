@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.discrepancy.inference.sizes import orthonormal
 from fusion.discrepancy.inference.tile_covariance import TileCovariance
 from fusion.discrepancy.observe.observations import Observations
 from fusion.sensor.effect import Effect
@@ -17,8 +18,6 @@ from fusion.sensor.parameter import parameters
 from fusion.sensor.where import Bound
 
 Matrix = NDArray[np.float64]
-
-FAINT = 1e-6  # of a column's length: what is left of it is rounding
 
 
 @dataclass(frozen=True)
@@ -44,10 +43,7 @@ class Candidate:
     @cached_property
     def basis(self) -> Matrix:
         """(n, r) orthonormal columns that span the whitened ones."""
-        lengths = np.linalg.norm(self.white, axis=0)
-        kept = self.white[:, lengths > 0] / lengths[lengths > 0]
-        left, values, _ = np.linalg.svd(kept, full_matrices=False)
-        return np.asarray(left[:, values > FAINT * np.max(values, initial=0.0)])
+        return orthonormal(self.white)
 
 
 def candidates_of(observations: Observations, covariance: TileCovariance) -> list[Candidate]:

@@ -32,16 +32,12 @@ NEAR = 0.8  # of the best score: less is not looked at again
 
 @dataclass(frozen=True)
 class Regional:
-    """The best candidate that is confined to a region.
+    """The best candidate that is confined to a region."""
 
-    Attributes:
-        candidate, scored: it, and what it brings; the score has paid for the region.
-        tried: number of regions among which it was chosen.
-    """
-
+    # candidate, scored: it, and what it brings; the score has paid for the region
     candidate: Candidate
     scored: Scored
-    tried: int
+    tried: int  # number of regions among which it was chosen
 
 
 @dataclass(frozen=True)

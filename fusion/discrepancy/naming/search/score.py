@@ -18,21 +18,13 @@ SIZES = np.geomspace(1e-2, 1e3, 31)  # of a field's weights, over the one that n
 
 @dataclass(frozen=True)
 class Scored:
-    """What a candidate would bring.
+    """What a candidate would bring."""
 
-    Attributes:
-        gain: drop of the chi2 with free weights.
-        score: the same less the price of the weights, for comparison with others.
-        weights: (k,) of the atoms.
-        size: of the weights of a field, 0 for others.
-        freedom: number of independent weights.
-    """
-
-    gain: float
-    score: float
-    weights: Vector
-    size: float
-    freedom: int
+    gain: float  # drop of the chi2 with free weights
+    score: float  # the same less the price of the weights, for comparison with others
+    weights: Vector  # (k,) of the atoms
+    size: float  # of the weights of a field, 0 for others
+    freedom: int  # number of independent weights
 
 
 def scored(candidate: Candidate, white: Matrix, target: Vector) -> Scored:

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.discrepancy.inference.sizes import orthonormal
 from fusion.discrepancy.naming.effect_part import EffectPart
 
 Matrix = NDArray[np.float64]
@@ -57,7 +58,4 @@ def space_beside(parts: Sequence[EffectPart], free: Sequence[Matrix], n: int) ->
 
 def _any(white: Matrix) -> Matrix:
     """Columns that span the same, so long that nothing of them stays."""
-    lengths = np.linalg.norm(white, axis=0)
-    unit = white[:, lengths > 0] / lengths[lengths > 0]
-    left, values, _ = np.linalg.svd(unit, full_matrices=False)
-    return np.asarray(left[:, values > 1e-6 * np.max(values, initial=0.0)] * FREE)
+    return orthonormal(white) * FREE

@@ -30,21 +30,13 @@ AS_GOOD = 0.97  # of a field's gain in recordings left out: a simple law in a re
 
 @dataclass(frozen=True)
 class NextPart:
-    """The best next part, and how sure it is.
+    """The best next part, and how sure it is."""
 
-    Attributes:
-        part: with weights of its own fit.
-        gain: drop of the chi2.
-        score: the same less the price of its freedom.
-        held_out: drop of the chi2 in recordings left out in turn.
-        probability: that noise alone does this, over all names and regions.
-    """
-
-    part: EffectPart
-    gain: float
-    score: float
-    held_out: float
-    probability: float
+    part: EffectPart  # with weights of its own fit
+    gain: float  # drop of the chi2
+    score: float  # the same less the price of its freedom
+    held_out: float  # drop of the chi2 in recordings left out in turn
+    probability: float  # that noise alone does this, over all names and regions
 
     @property
     def established(self) -> bool:

@@ -100,14 +100,14 @@ def choose(store: Store, images: list[ImageTopic], name: str, camera: Camera | N
     tree = read_tree(store)
     stream = _stream(depth, stated, warnings)
     first = float(stream.stamps.min())
-    color = _color(store, images, depth, tree, first)
+    color = _color(images, depth, tree, first)
     T = between(tree, depth.frame, color.frame, first) if color is not None else None
     settings = _own_settings(store, warnings)
     return ChosenStreams(
         "ros2" if depth.topic.ros2 else "ros1",
         stream,
         None if color is None else _stream(color, _camera_or_told(store, color, warnings), warnings),
-        _infrared(store, images, depth, warnings),
+        _infrared(images, depth, warnings),
         depth.look.metres,
         T,
         color is not None and _same_pixels(color, depth),
@@ -190,7 +190,7 @@ def _same_pixels(one: ImageTopic, depth: ImageTopic) -> bool:
     return one.frame == depth.frame != "" and size == (depth.look.width, depth.look.height)
 
 
-def _color(store: Store, images: list[ImageTopic], depth: ImageTopic, tree: Tree, stamp: float) -> ImageTopic | None:
+def _color(images: list[ImageTopic], depth: ImageTopic, tree: Tree, stamp: float) -> ImageTopic | None:
     """The best colour topic: in the depth's pixels, else of a camera whose place is known, else any."""
 
     def rank(one: ImageTopic) -> tuple:
@@ -202,7 +202,7 @@ def _color(store: Store, images: list[ImageTopic], depth: ImageTopic, tree: Tree
     return max(able, key=rank, default=None)
 
 
-def _infrared(store: Store, images: list[ImageTopic], depth: ImageTopic, warnings: list[str]) -> BagStream | None:
+def _infrared(images: list[ImageTopic], depth: ImageTopic, warnings: list[str]) -> BagStream | None:
     """Grey images in the depth camera's pixels."""
     able = [one for one in images if one.look.kind in ("grey", "depth") and one.infrared and _same_pixels(one, depth)]
     return _stream(able[0], None, warnings) if able else None

@@ -1,0 +1,45 @@
+"""All that one still stretch says."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fusion.calibration.noise.target_noise import TargetNoise
+from fusion.calibration.stretches import Stretch
+from fusion.evaluation.bias import Bias
+from fusion.evaluation.quantization import Quantization
+from fusion.evaluation.still.drift import Drift
+from fusion.evaluation.still.shares import StretchTiles
+from fusion.evaluation.still.statistics import Still
+from fusion.evaluation.surface import ExpectedSurface
+
+
+@dataclass(frozen=True)
+class StretchLook:
+    """All that one still stretch says."""
+
+    stretch: Stretch  # that was looked at
+    still: Still  # statistics per pixel and over time
+    surface: ExpectedSurface  # what should be seen
+    bias: Bias | None  # None where the surface is not known
+    noise: TargetNoise | None  # of the target, None without one or with a single frame
+    expected_sigma: float  # what the sensor model says for the target [m], NaN without a model
+    drift: Drift  # of the centre
+    quantization: Quantization | None  # of this stretch, None where too few levels occur
+    reflectance: float  # of the surface as `scene.json` states it, NaN where it does not
+    tiles: StretchTiles  # shares, noise and offset in parts of the image
+    # valid, missing, outliers: shares in the surface's region; NaN when all of it moves
+    valid: float
+    missing: float
+    outliers: float
+
+    @property
+    def name(self) -> str:
+        """Of the recording, with the frames where it has several stretches."""
+        return self.stretch.name
+
+    @property
+    def common(self) -> float:
+        """Standard deviation of the centre's mean from frame to frame [m]: noise that its pixels share."""
+        centre = self.still.centre[np.isfinite(self.still.centre)]
+        return float(centre.std(ddof=1)) if len(centre) > 2 else float("nan")
