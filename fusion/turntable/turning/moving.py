@@ -17,7 +17,7 @@ from fusion.turntable.turning.visitors import undisturbed, without_visitors
 
 Array = NDArray[np.float64]
 Colors = Sequence[NDArray[np.uint8] | None]
-EDGE = 0.015  # [m] around what turns that may still be it (guess)
+EDGE = 0.015  # [m] around what turns that may still be it: mixed pixels reach so far beside it (guess)
 # [m] least difference that shows a motion. What stands still wanders by errors that neighbours share, which no noise of
 # neighbours shows: at 2 mm the table before the custard box is taken for what turns, 3 to 8 mm serve alike, at 10 mm a
 # twelfth of the box is lost
