@@ -112,26 +112,32 @@ class CloudSurface:
 
     def __init__(self, cloud: Mesh) -> None:
         self._points = cloud.vertices
-        self._tree = cKDTree(self._points)
-        count = min(_NEIGHBOURS, len(self._points))
-        apart, index = self._tree.query(self._points, k=max(count, 2), workers=-1)
-        if count < 3:
-            raise MeshError(
-                "too few points to compare with", found=f"{len(self._points)} points", expected="at least 3"
-            )
-        self._reach = np.maximum(1.5 * apart[:, min(6, count - 1)], 1e-12)
+        if len(self._points) < 3:
+            found = f"{len(self._points)} points"
+            raise MeshError("too few points to compare with", found=found, expected="at least 3")
+        self._tree, self._middle = cKDTree(self._points), self._points.mean(axis=0)
+        self._reach = np.full(len(self._points), np.nan)  # until it is asked for, as planes that are fitted
         self.known_normals = cloud.normals is not None
-        if cloud.normals is not None:
-            self.normals = unit(cloud.normals.astype(np.float64))
-        else:
-            near = self._points[index] - self._points[index].mean(axis=1, keepdims=True)
-            self.normals = np.linalg.eigh(np.einsum("nki,nkj->nij", near, near))[1][:, :, 0]
-            outwards = np.einsum("ij,ij->i", self.normals, self._points - self._points.mean(axis=0))
-            self.normals[outwards < 0] *= -1
+        self.normals = (
+            np.full((len(self._points), 3), np.nan) if cloud.normals is None else unit(cloud.normals.astype(np.float64))
+        )
+
+    def _fit(self, index: NDArray[np.intp]) -> None:
+        """The planes of points, by their numbers (n,)."""
+        new = np.unique(index[np.isnan(self._reach[index])])
+        count = min(_NEIGHBOURS, len(self._points))
+        apart, beside = self._tree.query(self._points[new], k=count, workers=-1)
+        self._reach[new] = np.maximum(1.5 * apart[:, min(6, count - 1)], 1e-12)
+        if not self.known_normals:
+            near = self._points[beside] - self._points[beside].mean(axis=1, keepdims=True)
+            normals = np.linalg.eigh(np.einsum("nki,nkj->nij", near, near))[1][:, :, 0]
+            normals[np.einsum("ij,ij->i", normals, self._points[new] - self._middle) < 0] *= -1
+            self.normals[new] = normals
 
     def closest(self, points: NDArray[np.float64], normals: NDArray[np.float64] | None = None) -> Closest:
         """Closest points of `points` (n, 3) [m] whose outward `normals` (n, 3) tell the side, if the cloud does not."""
         _, index = self._tree.query(points, workers=-1)
+        self._fit(index)
         normal, offset = self.normals[index], points - self._points[index]
         if normals is not None and not self.known_normals:
             normal = np.where(np.einsum("ij,ij->i", normal, normals)[:, None] < 0, -normal, normal)

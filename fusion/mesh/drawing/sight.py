@@ -125,14 +125,11 @@ def _splats(mesh: Mesh, side: SightSide, corner: Array, shape: tuple[int, int], 
     reach = int(np.clip(round(0.5 * np.sqrt(shape[0] * shape[1] / max(len(index), 1))), 1, 6))
     depth = np.full(shape, np.inf, np.float32)
     u, v = (np.round(x / pixel).astype(int) for x in (local[:, 0], -local[:, 1]))
-    nearest = np.full(shape, -1)  # place in the order from far to near
-    for dv in range(-reach, reach + 1):
-        for du in range(-reach, reach + 1):
-            row, column = v + dv, u + du
-            inside = (row >= 0) & (row < shape[0]) & (column >= 0) & (column < shape[1])
-            shifted = np.full(shape, -1)
-            shifted[row[inside], column[inside]] = np.flatnonzero(inside)  # of several, the last: the nearest
-            np.maximum(nearest, shifted, out=nearest)
+    inside = (v >= -reach) & (u >= -reach) & (v < shape[0] + reach) & (u < shape[1] + reach)
+    nearest = np.full((shape[0] + 2 * reach, shape[1] + 2 * reach), -1)  # place in the order from far to near
+    nearest[v[inside] + reach, u[inside] + reach] = np.flatnonzero(inside)  # of several, the last: the nearest
+    nearest = np.maximum.reduce([nearest[k : k + shape[0]] for k in range(2 * reach + 1)])
+    nearest = np.maximum.reduce([nearest[:, k : k + shape[1]] for k in range(2 * reach + 1)])
     hit = nearest >= 0
     shown = nearest[hit]
     depth[hit] = -local[shown, 2]

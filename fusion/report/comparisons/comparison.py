@@ -1,7 +1,7 @@
 """The report of a comparison: how far a mesh stands from its reference, where, and how often."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -10,13 +10,14 @@ from numpy.typing import NDArray
 
 from fusion.geometry.pose import Array
 from fusion.mesh.comparison.statistics import OVER, knowable
-from fusion.mesh.drawing.sight import SightSide, sides
+from fusion.mesh.drawing.shading import Lit
+from fusion.mesh.drawing.sight import sides
 from fusion.mesh.mesh import Mesh
 from fusion.report.comparisons.distance import distance_scale, distance_views, histogram_figure, shares
 from fusion.report.kit.page import Figure, Number, Page, Section, write_page
 from fusion.report.kit.tables import numbers_table
 from fusion.report.kit.viewer import Layer, script, value_layer, viewer
-from fusion.report.kit.views import ViewRow, mesh_views
+from fusion.report.kit.views import ViewRow, mesh_views, pixel_of, seen_alone
 from fusion.report.scans.sure import OVER_SCALE, over_sigma_figure
 from fusion.results.comparison import field_of, judge_comparison, millimetres, number_of, share_within
 from fusion.results.light import Light
@@ -25,6 +26,7 @@ _ROWS = [
     ("mean_signed", "mean, signed"), ("mean", "mean of the size"), ("median", "median of the size"), ("rms", "rms"),
     ("std", "standard deviation"), ("p95", "95 % are below"), ("max", "largest"),
 ]  # fmt: skip
+LARGER = 1.2  # than the mesh: a reference that is shown in pixels of its own size
 
 
 @dataclass(frozen=True)
@@ -56,7 +58,12 @@ def comparison_report(
     about = about or Circumstances()
     up, front = np.asarray(about.up, float), np.asarray(about.front, float)
     around = sides(up, front)
-    pictures = [ViewRow(mesh, name="mesh")] + ([ViewRow(reference, name="reference")] if reference is not None else [])
+    sights = seen_alone(mesh, around)
+    pictures = [ViewRow(mesh, name="mesh", sights=sights)]
+    if reference is not None:
+        # at one scale: pixels that suit the mesh would be too many for a reference that is much larger
+        pictures = [replace(pictures[0], sights=sights if pixel_of([reference]) < LARGER * pixel_of([mesh]) else None)]
+        pictures.append(ViewRow(reference, name="reference"))
     text = Figure("The mesh and its reference" if reference else "The mesh", "pair", "Views from five sides.")
     page = Page(
         title=about.title,
@@ -64,7 +71,7 @@ def comparison_report(
         summary=judge_comparison(comparison).lights,
         numbers=_numbers(comparison),
         sections=[
-            comparison_section(comparison, mesh, around),
+            comparison_section(comparison, mesh, sights),
             viewer(mesh, _layers(mesh), up, front),
             Section("Both shapes", figures=(mesh_views(pictures, around, text),)),
         ],
@@ -77,16 +84,16 @@ def comparison_report(
     write_page(path, page)
 
 
-def comparison_section(comparison: Any, mesh: Mesh, around: list[SightSide]) -> Section:
+def comparison_section(comparison: Any, mesh: Mesh, sights: Sequence[Lit]) -> Section:
     """Distance map, histogram and the table of both directions."""
     figures = []
     distance = _distance(mesh)
     within = _within(comparison) or (shares(distance) if distance is not None else {})
     if distance is not None and np.isfinite(distance).any():
-        figures.append(distance_views(mesh, distance, around, within))
+        figures.append(distance_views(mesh, distance, sights, within))
     known = knowable(mesh)
     if known is not None:
-        figures.append(over_sigma_figure(mesh, known, around))
+        figures.append(over_sigma_figure(mesh, known, sights))
     counts, edges = _histogram(comparison, distance)
     if len(counts):
         median = float(np.nanmedian(distance)) if distance is not None and np.isfinite(distance).any() else np.nan

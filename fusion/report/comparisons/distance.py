@@ -1,9 +1,11 @@
 """Signed distances between a mesh and its reference: coloured views and the histogram."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from fusion.geometry.pose import Array
-from fusion.mesh.drawing.sight import SightSide
+from fusion.mesh.drawing.shading import Lit
 from fusion.mesh.mesh import Mesh
 from fusion.report.kit.page import Figure
 from fusion.report.kit.palette import BLUE, DIVERGING, GREEN, GREY, INK, ORANGE, new_figure, styled, to_svg
@@ -27,12 +29,13 @@ def shares(distance: Array) -> dict[float, float]:
     return {limit: float(np.mean(known <= limit)) if len(known) else float("nan") for limit in WITHIN}
 
 
-def distance_views(mesh: Mesh, distance: Array, sides: list[SightSide], within: dict[float, float]) -> Figure:
+def distance_views(mesh: Mesh, distance: Array, sights: Sequence[Lit], within: dict[float, float]) -> Figure:
     """The mesh coloured by its signed distance (n,) [m]."""
     said = ", ".join(f"{share:.0%} within {limit * 1000:g} mm" for limit, share in within.items())
     scale = distance_scale(distance)
     text = Figure(f"Of the mesh, {said}", "distance", f"Mesh coloured by signed distance: {said}.", _CAPTION)
-    return mesh_views([ViewRow(mesh, scale_colors(distance * 1000, scale))], sides, text, scale)
+    row = ViewRow(mesh, scale_colors(distance * 1000, scale), sights=sights)
+    return mesh_views([row], [sight.side for sight in sights], text, scale)
 
 
 _CAPTION = (

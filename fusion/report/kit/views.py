@@ -65,7 +65,7 @@ def mesh_views(rows: Sequence[ViewRow], sides: list[SightSide], text: Figure, sc
         text: title, alt and caption; its svg is "name" for the ids inside the picture.
     """
     looked = next((row.sights for row in rows if row.sights), None)
-    pixel = looked[0].sight.pixel if looked else _pixel([row.mesh for row in rows])
+    pixel = looked[0].sight.pixel if looked else pixel_of([row.mesh for row in rows])
     pictures = _pictures(rows, sides, pixel)
     widths = [max(p.width for p in column) for column in zip(*pictures, strict=True)]
     heights = [max(p.height for p in line) for line in pictures]
@@ -92,7 +92,7 @@ def mesh_views(rows: Sequence[ViewRow], sides: list[SightSide], text: Figure, sc
 
 def seen_alone(mesh: Mesh, sides: list[SightSide]) -> list[Lit]:
     """What `mesh_views` looks at for this mesh: several figures of it share the work, and its scale."""
-    return _lit(mesh, sides, _pixel([mesh]))
+    return _lit(mesh, sides, pixel_of([mesh]))
 
 
 def scale_colors(values: NDArray, scale: Scale) -> NDArray[np.float64]:
@@ -114,7 +114,7 @@ def nice_length(length: float) -> float:
     return float(power * max(step for step in (1, 2, 5) if step * power <= length * (1 + 1e-9)))
 
 
-def _pixel(meshes: list[Mesh]) -> float:
+def pixel_of(meshes: list[Mesh]) -> float:
     """Edge [m] of a looked-at pixel that fits the largest mesh."""
     longest = 0.0
     for mesh in meshes:

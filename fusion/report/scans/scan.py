@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from fusion.geometry.pose import Array
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.drawing.shading import Lit
-from fusion.mesh.drawing.sight import SightSide, sides
+from fusion.mesh.drawing.sight import sides
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.shape import shape_of
 from fusion.report.kit.page import Figure, Page, Section, write_page
@@ -83,7 +83,7 @@ def scan_report(path: Path, report: ScanReport) -> None:
             _turntable_section(report, facts, sights),
             _frames_section(report),
             _coverage_section(report, sights),
-            *_comparison_sections(report, around),
+            *_comparison_sections(report, sights),
         ],
         warnings=[Light(level, "", sentence) for level, sentence in report.warnings],
         settings=report.settings,
@@ -199,9 +199,9 @@ def _coverage_section(report: ScanReport, sights: Sequence[Lit]) -> Section:
     return Section("Coverage", figures=tuple(figures))
 
 
-def _comparison_sections(report: ScanReport, around: list[SightSide]) -> list[Section]:
+def _comparison_sections(report: ScanReport, sights: Sequence[Lit]) -> list[Section]:
     if report.comparison is None:
         return []
     from fusion.report.comparisons.comparison import comparison_section
 
-    return [comparison_section(report.comparison, report.mesh, around)]
+    return [comparison_section(report.comparison, report.mesh, sights)]

@@ -4,7 +4,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
-from fusion.geometry.pose import inverse, transform
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.drawing.shading import vertex_normals
 from fusion.mesh.mesh import Mesh
@@ -24,9 +23,10 @@ def times_seen(mesh: Mesh, trajectory: Trajectory, camera: Camera) -> NDArray[np
     scene = o3d.t.geometry.RaycastingScene()
     local = np.nan_to_num(mesh.vertices - middle).astype(np.float32)
     scene.add_triangles(o3d.core.Tensor.from_numpy(local), o3d.core.Tensor.from_numpy(mesh.faces.astype(np.uint32)))
-    normals = vertex_normals(mesh)
+    # coordinates one after the other: three values side by side cost NumPy several times as much
+    points, normals = (np.ascontiguousarray(values.T, float) for values in (mesh.vertices, vertex_normals(mesh)))
     for T_world_camera in trajectory.poses[trajectory.valid]:
-        index = _in_view(mesh, normals, T_world_camera, camera)
+        index = _in_view(points, normals, T_world_camera, camera)
         eye = T_world_camera[:3, 3] - middle
         rays = np.hstack([np.broadcast_to(eye, (len(index), 3)), local[index] - eye]).astype(np.float32)
         if len(index):
@@ -35,11 +35,11 @@ def times_seen(mesh: Mesh, trajectory: Trajectory, camera: Camera) -> NDArray[np
     return counts
 
 
-def _in_view(mesh: Mesh, normals: NDArray, T_world_camera: NDArray, camera: Camera) -> NDArray[np.int64]:
-    """Vertices (k,) in front of the camera, turned to it, and inside its picture."""
-    points = transform(inverse(T_world_camera), mesh.vertices)
-    away = mesh.vertices - T_world_camera[:3, 3]
-    facing = -np.einsum("ij,ij->i", away, normals) > GRAZING * np.linalg.norm(away, axis=1)
-    index = np.flatnonzero((points[:, 2] > 1e-3) & facing)
-    u, v = camera.project(points[index]).T
+def _in_view(points: NDArray, normals: NDArray, T_world_camera: NDArray, camera: Camera) -> NDArray[np.int64]:
+    """Vertices (k,), of points (3, n) with normals, in front of the camera, turned to it, and inside its picture."""
+    away = points - T_world_camera[:3, 3, None]
+    turned = -np.sum(away * normals, axis=0) > GRAZING * np.sqrt(np.sum(away**2, axis=0))
+    seen = T_world_camera[:3, :3].T @ away[:, turned]
+    index, seen = np.flatnonzero(turned)[seen[2] > 1e-3], seen[:, seen[2] > 1e-3]
+    u, v = camera.project(seen.T).T
     return index[(u > -0.5) & (u < camera.width - 0.5) & (v > -0.5) & (v < camera.height - 0.5)]

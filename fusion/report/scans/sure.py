@@ -7,7 +7,6 @@ import numpy as np
 from fusion.geometry.pose import Array
 from fusion.mesh.comparison.statistics import OVER, Knowable
 from fusion.mesh.drawing.shading import Lit
-from fusion.mesh.drawing.sight import SightSide
 from fusion.mesh.mesh import Mesh
 from fusion.report.kit.page import Figure
 from fusion.report.kit.palette import DIVERGING, SEQUENTIAL
@@ -46,9 +45,11 @@ def sigma_figure(mesh: Mesh, sigma: Array, sights: Sequence[Lit]) -> Figure:
 OVER_SCALE = Scale(DIVERGING, -6.0, 6.0, "deviation over sigma [1] (red: outside the reference, blue: inside)")
 
 
-def over_sigma_figure(mesh: Mesh, known: Knowable, sides: list[SightSide]) -> Figure:
+def over_sigma_figure(mesh: Mesh, known: Knowable, sights: Sequence[Lit]) -> Figure:
     """The mesh coloured by its deviation in standard deviations; pale within three of them."""
     title = f"{known.beyond_3_sigma:.1%} of the vertices deviate by more than three of the scan's standard deviations"
     caption = f"{known.within_90:.1%} are within 1.645 of them; 90 % would be where only the scan errs. Grey: unknown."
-    row = ViewRow(mesh, scale_colors(np.asarray(mesh.scalars[OVER], float), OVER_SCALE))
-    return mesh_views([row], sides, Figure(title, "oversigma", title + ".", caption), OVER_SCALE)
+    row = ViewRow(mesh, scale_colors(np.asarray(mesh.scalars[OVER], float), OVER_SCALE), sights=sights)
+    return mesh_views(
+        [row], [sight.side for sight in sights], Figure(title, "oversigma", title + ".", caption), OVER_SCALE
+    )
