@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
 from fusion.recording.images.masks import open_masks
-from fusion.scan.finding.alone import masked, object_alone
+from fusion.scan.finding.alone import object_alone
 from fusion.scan.finding.frames import load, told_angles
 from fusion.scan.finding.pair_fit import Asked, PairFit, fit_pairs
 from fusion.scan.finding.passing import without_passing
@@ -82,7 +82,7 @@ def seen_by(camera: Camera, before: Attempt) -> Attempt:
     region = replace(before.region, low=squeeze * before.region.low, high=squeeze * before.region.high)
     loaded, _ = load(asked.recording, asked.sensor, region, color=asked.settings.color)
     both = zip(loaded, before.frames, strict=True)
-    frames = [None if f is None or b is None else masked(f, np.isfinite(b.depth)) for f, b in both]
+    frames = [None if f is None or b is None else f.masked(np.isfinite(b.depth)) for f, b in both]
     direction = squeeze * motion.axis.direction
     axis = replace(motion.axis, point=squeeze * motion.axis.point, direction=direction / np.linalg.norm(direction))
     fit = fit_pairs(frames, asked, region, None, replace(motion, axis=axis))
