@@ -102,7 +102,7 @@ class Scan:
         return judge(self)
 
     def turntable(self) -> TableMotion:
-        """The content of `turntable.json` (CONTRACT)."""
+        """The content of `turntable.json`."""
         motion, worth, focal = self.motion, self.judgement.worth, self.evidence.focal
         seen = self.camera
         return TableMotion(

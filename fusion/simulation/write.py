@@ -23,7 +23,7 @@ OURS = ("scene.ply", "board.json", "truth")
 
 
 def write_simulation(folder: Path | str, simulation: Simulation) -> None:
-    """Write a recording (CONTRACT) with `scene.json`, `scene.ply`, `board.json` and `truth/`; whole or not at all.
+    """Write a native recording with `scene.json`, `scene.ply`, `board.json` and `truth/`; whole or not at all.
 
     `truth/` holds what a real recording cannot know: `trajectory.txt` (true poses), `mesh.ply` (what a scan should
     give), `camera.json` (that took the pictures), `sensor.json`, `truth.json` (seed, true table angles).

@@ -1,4 +1,4 @@
-"""Scene files: what CONTRACT says they hold, forms that are easy to write, and one clear line for anything broken."""
+"""Scene files: what docs/scenes.md says they hold, forms that are easy to write, one clear line for anything broken."""
 
 import json
 from dataclasses import replace

@@ -55,8 +55,8 @@ def cases(tools: Tools) -> list[Case]:
     four = ",".join(map(str, PLAIN.four))
     video = taken(LIDAR)
     out = [
-        Case("native", "by CONTRACT.md, cv2", fine, folders.native, foreign="kleenex_turntable"),
-        Case("native, bent lens", "by CONTRACT.md, cv2", taken(RATIONAL), folders.native),
+        Case("native", "by its description, cv2", fine, folders.native, foreign="kleenex_turntable"),
+        Case("native, bent lens", "by its description, cv2", taken(RATIONAL), folders.native),
         Case("TUM RGB-D", OWN, plain, folders.tum, four, "tum_fr1_rpy"),
         Case("7-Scenes", OWN, taken(SEVEN), folders.seven_scenes, clock=False),
         Case("BOP", OWN, plain, folders.bop, clock=False),
@@ -104,7 +104,7 @@ def planted(take: Take) -> list[Case]:
         return folders.native(replace(take, depth=take.depth[:, :, ::-1], lens=lens), path)
 
     kinds = {"half a pixel": shifted, "0.2 % larger": larger, "mirrored": mirrored}
-    return [Case(f"PLANTED {name}", "by CONTRACT.md, cv2", take, write) for name, write in kinds.items()]
+    return [Case(f"PLANTED {name}", "by its description, cv2", take, write) for name, write in kinds.items()]
 
 
 def of(lens: Lens) -> str:

@@ -45,7 +45,7 @@ def tum(take: Take, path: Path, counts_per_m: float = 5000.0) -> Path:
 
 
 def native(take: Take, path: Path, **said: object) -> Path:
-    """The program's own folder (../shared/CONTRACT.md): TUM's with a camera.json."""
+    """The program's own folder (docs/formats.md): TUM's with a camera.json."""
     tum(take, path, 1 / take.unit)
     lens = take.lens
     told: dict[str, Any] = {

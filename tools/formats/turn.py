@@ -76,10 +76,10 @@ def ways(tools: Tools, made: dict[str, Take], work: Path) -> list[Way]:
     phone = {"principle": "structured_light", "sensor": "iphone-truedepth"}  # depth of 640 x 480 says it
     npz = save(take, work / "turn.npz")
     out = [
-        Way("native", "by CONTRACT.md", "native", lambda p: folders.native(take, p)),
-        Way("native, again", "by CONTRACT.md", "native", lambda p: folders.native(take, p)),
-        Way("native, in mm", "by CONTRACT.md", "native, in mm", lambda p: folders.native(whole, p)),
-        Way("native, as D405", "by CONTRACT.md", "native, as D405", lambda p: folders.native(take, p, **intel)),
+        Way("native", "by its description", "native", lambda p: folders.native(take, p)),
+        Way("native, again", "by its description", "native", lambda p: folders.native(take, p)),
+        Way("native, in mm", "by its description", "native, in mm", lambda p: folders.native(whole, p)),
+        Way("native, as D405", "by its description", "native, as D405", lambda p: folders.native(take, p, **intel)),
         Way("ROS 2 MCAP 32FC1", "mcap-ros2-support", "native",
             lambda p: elsewhere(tools.mcap, "foxglove_mcap.py", npz, p, "32FC1")),
         Way("ROS 2 MCAP 16UC1", "rosbags", "native, in mm", lambda p: ros.bag(whole, p, "mcap"), "depth in whole mm"),
@@ -88,7 +88,7 @@ def ways(tools: Tools, made: dict[str, Take], work: Path) -> list[Way]:
             lambda p: elsewhere(tools.bag, "realsense.py", npz, p.with_suffix(".bag"))),
         Way("RealSense .db3", "pyrealsense2 2.59.1", "native, as D405",
             lambda p: elsewhere(tools.db3, "realsense.py", npz, p.with_suffix(".db3"))),
-        Way("native, as TrueDepth", "by CONTRACT.md", "native, as TrueDepth",
+        Way("native, as TrueDepth", "by its description", "native, as TrueDepth",
             lambda p: folders.native(take, p, **phone)),
         Way("Record3D .r3d TrueDepth", "zipfile, lzfse, cv2", "native, as TrueDepth",
             lambda p: phones.record3d(take, p.with_suffix(".r3d")), "colour as JPEG"),
@@ -99,11 +99,11 @@ def ways(tools: Tools, made: dict[str, Take], work: Path) -> list[Way]:
         assert libraries is not None
         said = {"principle": "itof", "sensor": "Azure Kinect"}
         bare = Take(seen.lens, seen.depth, seen.stamps, unit=seen.unit)
-        out.append(Way("native-azure", "by CONTRACT.md", "native-azure", lambda p: folders.native(bare, p, **said)))
+        out.append(Way("native-azure", "by its description", "native-azure", lambda p: folders.native(bare, p, **said)))
         out.append(Way("Azure .mkv", "libk4arecord 1.4", "native-azure",
                        lambda p: azure.write(bare, p.with_suffix(".mkv"), libraries, MODE), "no colour"))  # fmt: skip
         out.append(
-            Way("native-azure, colour", "by CONTRACT.md", "native-azure", lambda p: folders.native(seen, p, **said))
+            Way("native-azure, colour", "by its description", "native-azure", lambda p: folders.native(seen, p, **said))
         )
         out.append(Way("Azure .mkv, colour", "libk4arecord 1.4", "native-azure, colour",
                        lambda p: azure.write(bare, p.with_suffix(".mkv"), libraries, MODE, made["azure, colour"].color),
@@ -114,7 +114,7 @@ def ways(tools: Tools, made: dict[str, Take], work: Path) -> list[Way]:
 def kinect_studio(take: Take) -> list[Way]:
     """Both kinds of `.xef`, without its colour, whose place it does not tell; the camera is said."""
     beside, device = "native, as Kinect v2", {"principle": "itof", "sensor": "kinect-v2"}
-    made = [Way(beside, "by CONTRACT.md", beside, lambda p: folders.native(take, p, **device))]
+    made = [Way(beside, "by its description", beside, lambda p: folders.native(take, p, **device))]
     for name, archived in (("Kinect .xef", False), ("Kinect .xef archived", True)):
         write = partial(xef.write, take, archived=archived)
         made.append(Way(name, "from its description", beside, write, "no colour", of(KINECT2)))

@@ -61,7 +61,7 @@ def run(options: argparse.Namespace) -> None:
 
 
 def fill(folder: Path, found: "Repeat", content: dict[str, object], page: bool = True) -> None:
-    """All files of the command (CONTRACT) into a folder; report.html if `page`."""
+    """All files of the command into a folder; report.html if `page`."""
     from fusion.mesh.files import write_mesh
     from fusion.report.comparisons.repeat import repeat_report
 

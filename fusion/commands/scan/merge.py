@@ -109,7 +109,7 @@ def _settings(options: argparse.Namespace) -> "MergeSettings":
 
 
 def fill(folder: Path, merged: "Merged", page: bool = True) -> None:
-    """All files of the command (CONTRACT) into a folder; report.html if `page`."""
+    """All files of the command into a folder; report.html if `page`."""
     from fusion.mesh.files import write_mesh
     from fusion.passes.pipeline import before
     from fusion.recording.native.trajectory_file import write_trajectory

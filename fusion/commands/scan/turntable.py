@@ -119,7 +119,7 @@ def _settings(options: argparse.Namespace, recording: "Recording") -> "ScanSetti
 
 
 def fill(folder: Path, recording: "Recording", scan: "Scan", comparison: Any = None, page: bool = True) -> None:
-    """All files of the command (CONTRACT) into a folder; report.html if `page`."""
+    """All files of the command into a folder; report.html if `page`."""
     from fusion.files.json_values import json_text, json_values
     from fusion.mesh.files import write_mesh
     from fusion.recording.native.camera_file import write_camera

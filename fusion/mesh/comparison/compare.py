@@ -116,7 +116,7 @@ class Comparison:
         return self.alignment.T_reference_mesh
 
     def to_dict(self) -> dict[str, Any]:
-        """`comparison.json` (CONTRACT); numbers that do not exist are None."""
+        """`comparison.json`; numbers that do not exist are None."""
         content: dict[str, Any] = {
             "scale": self.scale,
             "scale_interval": self.scale_interval,

@@ -1,4 +1,4 @@
-"""Numbers that sum up signed distances: CONTRACT's blocks, the F-score, the histogram."""
+"""Numbers that sum up signed distances: those of comparison.json, the F-score, the histogram."""
 
 from dataclasses import asdict, dataclass
 

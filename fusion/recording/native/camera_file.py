@@ -16,7 +16,7 @@ from fusion.files.output.publish import atomic_file
 from fusion.geometry.camera import Camera, Principle
 from fusion.geometry.pose import is_rigid
 
-# OpenCV's lengths; longer models (thin prism, tilt) are not those of CONTRACT's camera.json
+# OpenCV's lengths; longer models (thin prism, tilt) have no place in camera.json
 DISTORTION_LENGTHS = (0, 4, 5, 8)
 DO = "correct the file or pass another with --camera"
 

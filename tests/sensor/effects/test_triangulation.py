@@ -59,7 +59,7 @@ def test_a_degree_moves_the_edge_of_the_field_by_a_tenth_of_a_pixel():
     view = View(camera, np.full(camera.shape, 4.0), baseline=0.075, moment=Moment(temperature=26.0))
     z = view.depth
     moved = 43.5 / (z + ProjectorThermalDrift(3.6e-4).bias(z, view)) - 43.5 / z
-    assert moved[240, -1] == pytest.approx(0.1, rel=0.6)  # EFFECTS.md gives "up to 0.1 px/K"
+    assert moved[240, -1] == pytest.approx(0.1, rel=0.6)  # known as up to 0.1 px/K
     assert np.abs(moved[240, 322:324]).max() < 0.01  # the middle of the pattern stays
     assert np.all(np.diff(moved[240]) > 0)  # grows from the axis on both sides
 
