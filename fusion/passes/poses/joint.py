@@ -20,6 +20,7 @@ POINTS = 7000  # of each pass
 ROUNDS = 12
 FOOT = (0.1, 0.5, 2.0)  # percentiles of heights: the lowest, the foot, and what a flat foot still holds (guess)
 FLAT, UNSEEN = 0.001, 0.005  # [m] spread of a flat foot; height above the plate at which it is not the foot (guess)
+DOWN = 0.9  # cosine between the plate's normal and that of a face that lies on it (guess)
 STANDING = 1500.0  # points of a surface that the foot on the plate counts for: as surely known as a face of it (guess)
 # The same share below which colour is asked too. At 0.019 to 0.04 (five pairs of a Kinect v2, tools/sets/passes, seed
 # 411) shape alone missed by 0.05 to 0.21 mm; colours, as fine as pixels of 2 mm, made it 0.06 to 0.30 mm.
@@ -48,26 +49,32 @@ def refined(sides: Sequence[PassSide], T: Array) -> Array:
             H[other, own] -= A
             g[own] += b
             g[other] -= b
-            _stand((H, g), sides[j], T[j], pose.transform(T[i], thinned[i].points), (own, other))
+            _stand((H, g), sides[j], T[j], _moved(T[i], thinned[i]), (own, other))
         step = np.append(np.zeros(6), _solved(H[6:, 6:], g[6:]))
         for i in range(1, len(sides)):
             T[i] = pose.exp(step[6 * i : 6 * i + 6]) @ T[i]
     return T
 
 
-def _stand(system: tuple[Array, Array], side: PassSide, T: Array, points: Array, which: tuple[slice, slice]) -> None:
-    """The lowest of a pass's surface, points (n, 3) in the common frame, stands on the plate of another pass.
+def _stand(
+    system: tuple[Array, Array], side: PassSide, T: Array, surface: tuple[Array, Array], which: tuple[slice, slice]
+) -> None:
+    """The lowest of a pass's surface, points and normals (n, 3) in the common frame, stands on another pass's plate.
 
     It tells how high an object lies of which the passes share hardly more than the sides. A flat foot lies on the
     plate; of another one the lowest point may be unseen, or rounded by the sensor: it may only not be below.
     """
+    (points, normals), up = surface, T[:3, 2]
     height = pose.transform(pose.inverse(T), points)[:, 2]
     least, lowest, above = np.percentile(height, FOOT)
-    flat = above - least < FLAT
-    if not side.plate or lowest > UNSEEN or not (flat or lowest < 0):  # what it stands on was not seen by the other
+    if not side.plate or lowest > UNSEEN:  # what it stands on was not seen by the other
         return
-    at, normal = points[height <= lowest].mean(axis=0), T[:3, 2]
-    off = float(np.median(height[height <= above])) if flat else lowest
+    # the lowest points of a face are those that noise has put there: all of it that looks down tells where it is
+    face = height[(height <= lowest + 2 * FLAT) & (normals @ up < -DOWN)] if above - least < FLAT else height[:0]
+    off = float(np.median(face)) if len(face) else min(lowest, 0.0)
+    if not off:
+        return
+    at, normal = points[height <= lowest].mean(axis=0), up
     J = np.concatenate([np.cross(at, normal), normal])
     A, b = STANDING * np.outer(J, J), STANDING * off * J
     for one, sign in zip(which, (1, -1), strict=True):
@@ -75,6 +82,12 @@ def _stand(system: tuple[Array, Array], side: PassSide, T: Array, points: Array,
         system[1][one] += sign * b
     system[0][which[0], which[1]] -= A
     system[0][which[1], which[0]] -= A
+
+
+def _moved(T: Array, surface: SurfaceSamples) -> tuple[Array, Array]:
+    """Points and normals under T (4, 4)."""
+    assert surface.normals is not None
+    return pose.transform(T, surface.points), np.asarray(surface.normals @ T[:3, :3].T)
 
 
 def _between(
