@@ -42,6 +42,12 @@ class Attempt:
         support = float(np.nanmedian(motion.support))
         return float(np.nanmedian(motion.residual)) / max(support, 1e-3)
 
+    def of_object(self, motion: Motion) -> tuple[list[Prepared | None], list[Prepared | None]]:
+        """The frames of the object alone, and without what passes before it as well."""
+        region = self.region.cut(self.region.window(self.camera))
+        alone = object_alone(self.frames, region, motion)
+        return alone, without_passing(alone, region, about_axis(motion.axis, motion.angles, motion.shifts))
+
 
 def attempt(asked: Asked) -> Attempt:
     """Find what turns and how.
@@ -58,7 +64,7 @@ def attempt(asked: Asked) -> Attempt:
     first = Attempt(asked, region, frames, fit_pairs(frames, asked, region, told), told, broken)
     if told is not None:
         return first
-    alone = of_object(first, first.fit.motion)
+    alone = first.of_object(first.fit.motion)
     if np.mean([a is not b for a, b in zip(*alone, strict=True)]) <= FEW:
         return first
     fit = fit_pairs(alone[1], asked, region, None, first.fit.motion)  # what passes pulls the views along
@@ -87,10 +93,3 @@ def seen_by(camera: Camera, before: Attempt) -> Attempt:
     axis = replace(motion.axis, point=squeeze * motion.axis.point, direction=direction / np.linalg.norm(direction))
     fit = fit_pairs(frames, asked, region, None, replace(motion, axis=axis))
     return replace(before, asked=asked, region=region, frames=frames, fit=fit)
-
-
-def of_object(found: Attempt, motion: Motion) -> tuple[list[Prepared | None], list[Prepared | None]]:
-    """The frames of the object alone, and without what passes before it as well."""
-    region = found.region.cut(found.region.window(found.camera))
-    alone = object_alone(found.frames, region, motion)
-    return alone, without_passing(alone, region, about_axis(motion.axis, motion.angles, motion.shifts))
