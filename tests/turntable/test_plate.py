@@ -11,8 +11,7 @@ from fusion.simulation.rendering.render import RayCaster
 from fusion.simulation.scene.shapes import box, disc, joined
 from fusion.simulation.scene.turntable import Turntable
 from fusion.turntable.axis import Axis
-from fusion.turntable.table.level import has_a_rim
-from fusion.turntable.table.plate import find_plate, size_of
+from fusion.turntable.table.plate import find_plate, has_a_rim, size_of
 from fusion.turntable.turning.moving import find_moving
 from fusion.turntable.views import Region, usable, view
 

@@ -8,7 +8,7 @@ from fusion.errors import RecordingError
 from fusion.recording.recording import Recording
 from fusion.sensor.sensor import Sensor
 from fusion.turntable.motion import Motion
-from fusion.turntable.table.level import has_a_rim
+from fusion.turntable.table.plate import has_a_rim
 from fusion.turntable.views import ObjectView
 from fusion.volume.prepared import prepare
 

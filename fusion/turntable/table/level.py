@@ -26,10 +26,6 @@ MEASURED = 0.6  # the same, missing depth counted as not there
 SIDES = 0.5  # of all sectors: the far side may be hidden (real plates show 0.75 to 0.9)
 LEAST_RINGS = 3
 LEAST_SECTORS = SECTORS // 6  # that make a ring
-RIM = 4  # rings beyond the outermost in which a rim shows itself
-# share of the radius that most sides reach: nearly all do of plates (8 in 10 before a bent camera), 2 in 10 of a table
-# whose far edge is seen
-ROUND = 0.8
 UNSTEADY = 0.3  # largest area that comes and goes, over the steady one: 0.5 for a square that turns, 0.02 for plates
 
 
@@ -56,7 +52,7 @@ def is_plate(views: Sequence[ObjectView], axis: Axis, height: float, size: float
         return False
     turning = np.concatenate([v.points for v in views]).astype(float)
     reach = beyond * float(np.percentile(axis.distance(turning)[0], 95))
-    told, share, there = _steady(views, axis, height, reach, THICK * size)
+    told, share, there = steady_at(views, axis, height, reach, THICK * size)
     unsteady = told & ~there & (share > 0.2)
     area = np.arange(RINGS)[:, None] + 0.5
     rings = there.sum(axis=1) >= LEAST_SECTORS
@@ -64,23 +60,7 @@ def is_plate(views: Sequence[ObjectView], axis: Axis, height: float, size: float
     return bool(around and rings.sum() >= LEAST_RINGS and (area * unsteady).sum() < UNSTEADY * (area * there).sum())
 
 
-def has_a_rim(views: Sequence[ObjectView], axis: Axis, height: float, size: float) -> bool:
-    """True when the level surface at a height [m] is round about the axis and one looks past it outside, as beyond a
-    plate; a table goes on, to its own edges or those of the image. The size [m] is that of what turns."""
-    shown = np.concatenate([v.map.points[np.isfinite(v.map.points[..., 2])] for v in views]).astype(float)
-    radius, above = axis.distance(shown)
-    thick = THICK * size
-    here = radius[np.abs(above - height) < thick]
-    if not len(here):
-        return False
-    told, share, there = _steady(views, axis, height, BEYOND * float(np.percentile(here, 95)), thick)
-    outermost = int(np.flatnonzero(there.sum(axis=1) >= LEAST_SECTORS).max(initial=-1))
-    ends = there.shape[0] - 1 - np.argmax(there[::-1], axis=0)[there.any(axis=0)]  # of each side
-    beyond = (told & (share < 0.2))[outermost + 1 : outermost + 1 + RIM]
-    return bool(np.mean(ends >= ROUND * outermost) >= SIDES and beyond.any(axis=0).sum() >= LEAST_SECTORS)
-
-
-def _steady(
+def steady_at(
     views: Sequence[ObjectView], axis: Axis, height: float, reach: float, thick: float
 ) -> tuple[NDArray[np.bool_], Array, NDArray[np.bool_]]:
     """The same for the cells about an axis at a height, out to a reach; so far off it still counts [m]."""
