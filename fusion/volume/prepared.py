@@ -34,6 +34,12 @@ class Prepared:
     frame: Frame
     color: NDArray[np.uint8] | None = None
 
+    def masked(self, mask: NDArray[np.bool_]) -> "Prepared":
+        """With depth and normals within a mask (h, w) alone; the points, which say what is not there, stay."""
+        normals = np.where(mask[..., None], self.surface.normals, np.float32(np.nan))
+        depth = np.where(mask, self.depth, np.float32(np.nan))
+        return replace(self, depth=depth, surface=replace(self.surface, normals=normals))
+
 
 def prepare(
     frame: Frame, camera: Camera, sensor: Sensor, moment: Moment | None = None, max_depth: float | None = None

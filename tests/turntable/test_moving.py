@@ -112,13 +112,13 @@ def test_edges_that_flicker_are_nothing_that_turns():
 @pytest.mark.parametrize("call", [1, 2])
 def test_what_moves_in_no_place_for_long_is_told(call, monkeypatch):
     """Seen in one of twenty beginnings of a live scan, whose first frames show little of what turns."""
-    calls, persistent = [], moving._persistent
+    calls, persistent = [], moving.persistent
 
     def none(points, *rest):
         calls.append(1)
         return np.zeros(len(points), bool) if len(calls) == call else persistent(points, *rest)
 
-    monkeypatch.setattr(moving, "_persistent", none)
+    monkeypatch.setattr(moving, "persistent", none)
     with pytest.raises(
         TrackingError, match=r"nothing turns in this recording; found what moves is in no place for long"
     ):

@@ -15,7 +15,9 @@ Array = NDArray[np.float64]
 STEP = np.deg2rad(3.0)  # of a turn about an axis of symmetry: print of a centimetre on a radius of 10 cm is 6 deg wide
 ALIKE, CLEAR = 0.3, 0.15  # least correlation of the best, and its lead on the next, that decide (guess)
 HELD = 0.03  # of the score: a turned surface that loses no more lies as well as before (guess)
-SLIDE, REFINED = 0.012, 12  # [m] to either side along what shape does not hold, and steps (guess)
+# [m] to either side along what shape does not hold, and steps (guess); absolute: colours tell their place by pixels,
+# whatever the object's size
+SLIDE, REFINED = 0.012, 12
 FEWEST = 50  # pairs of points that have a say
 
 

@@ -19,7 +19,8 @@ Array = NDArray[np.float64]
 POINTS = 7000  # of each pass
 ROUNDS = 12
 FOOT = (0.1, 0.5, 2.0)  # percentiles of heights: the lowest, the foot, and what a flat foot still holds (guess)
-FLAT, UNSEEN = 0.001, 0.005  # [m] spread of a flat foot; height above the plate at which it is not the foot (guess)
+# [m] spread of a flat foot; height above the plate at which it is not the foot (guess); absolute: of cameras' noise
+FLAT, UNSEEN = 0.001, 0.005
 DOWN = 0.9  # cosine between the plate's normal and that of a face that lies on it (guess)
 STANDING = 1500.0  # points of a surface that the foot on the plate counts for: as surely known as a face of it (guess)
 # The same share below which colour is asked too. At 0.019 to 0.04 (five pairs of a Kinect v2, tools/sets/passes, seed

@@ -5,7 +5,7 @@ from fusion.compute.language import F32_2, F64, F64_2, F64_3, I32, I32_2, kernel
 from fusion.geometry.lanes import project
 
 vec3 = ti.types.vector(3, ti.f64)
-NEAREST = 0.05  # [m] before the camera
+NEAREST = 0.05  # [m] before the camera: none measures nearer
 DEPTH, COSINE, TANGENT = range(3)
 
 

@@ -25,12 +25,12 @@ HIGHEST = 99.5  # percentile of them that hardly any is higher by
 FEWEST = 100  # level vertices that make a plate
 STEEP = 0.7  # largest upright part of a side's normal: what is flatter is a top
 FLATTEST = 0.9  # where a side is flatter than that, where it meets the plate is not known
-LEVEL = 1e-5  # [m] on the cut
+LEVEL = 1e-5  # [m] on the cut: rounding of single precision
 HIGHER = 1.2  # the next cut that is tried
 ROUNDED = (
     0.006  # [m] above a plate blur reaches at most, or 4 voxels; what is rounded above is the object's own (guess)
 )
-ABOVE = (0.001, 0.004)  # [m] above a cut the side is compared with it
+ABOVE = (0.001, 0.004)  # [m] above a cut the side is compared with it: below is the plate's noise
 BENDS = 0.15  # in the upright part of the normal: a side with noise of its normals (guess)
 SOME = 500  # places around that are asked
 

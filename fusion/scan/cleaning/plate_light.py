@@ -27,10 +27,12 @@ Array = NDArray[np.float64]
 USUAL = 0.5  # of the light that a plate of wood or plastic reflects (guess)
 FRAMES = 12  # evenly from the scan
 FACING = 0.2  # least cosine of the incidence at which a view counts
-SEEN = 0.003  # [m] a place is what a pixel sees when it lies so near
+SEEN = 0.003  # [m] a place is what a pixel sees when it lies so near: a pixel's noise and width
 LIGHT = Channels(indirect=Bounce(cell_px=8))
 CORNERS = 96
-RING, FARTHEST, LEVEL = 0.01, 0.5, 0.006  # [m] of the plate about the axis; what lies so near its height is the plate
+# [m] of the plate about the axis; what lies so near its height is the plate. Absolute: as plates are made, and bent by
+# a camera's noise
+RING, FARTHEST, LEVEL = 0.01, 0.5, 0.006
 
 
 @dataclass(frozen=True)

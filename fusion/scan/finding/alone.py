@@ -1,22 +1,12 @@
 """Frames in which the object alone is left."""
 
-from dataclasses import replace
-
 import numpy as np
-from numpy.typing import NDArray
 
 from fusion.turntable.motion import Motion
 from fusion.turntable.turning.moving import EDGE
 from fusion.turntable.turning.still_background import standing
 from fusion.turntable.views import Region
 from fusion.volume.prepared import Prepared
-
-
-def masked(frame: Prepared, mask: NDArray[np.bool_]) -> Prepared:
-    """The frame with depth and normals within a mask (h, w) alone; its points, which say what is not there, stay."""
-    normals = np.where(mask[..., None], frame.surface.normals, np.float32(np.nan))
-    depth = np.where(mask, frame.depth, np.float32(np.nan))
-    return replace(frame, depth=depth, surface=replace(frame.surface, normals=normals))
 
 
 def object_alone(frames: list[Prepared | None], region: Region, motion: Motion) -> list[Prepared | None]:
@@ -34,4 +24,4 @@ def object_alone(frames: list[Prepared | None], region: Region, motion: Motion) 
     if not away.any():
         return frames
     wall = np.where(away, region.wall, np.float32(np.inf))
-    return [None if f is None else masked(f, ~(f.surface.points[..., 2] >= wall)) for f in frames]
+    return [None if f is None else f.masked(~(f.surface.points[..., 2] >= wall)) for f in frames]

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
 from fusion.recording.images.masks import open_masks
-from fusion.scan.finding.alone import masked, object_alone
+from fusion.scan.finding.alone import object_alone
 from fusion.scan.finding.frames import load, told_angles
 from fusion.scan.finding.pair_fit import Asked, PairFit, fit_pairs
 from fusion.scan.finding.passing import without_passing
@@ -42,6 +42,12 @@ class Attempt:
         support = float(np.nanmedian(motion.support))
         return float(np.nanmedian(motion.residual)) / max(support, 1e-3)
 
+    def of_object(self, motion: Motion) -> tuple[list[Prepared | None], list[Prepared | None]]:
+        """The frames of the object alone, and without what passes before it as well."""
+        region = self.region.cut(self.region.window(self.camera))
+        alone = object_alone(self.frames, region, motion)
+        return alone, without_passing(alone, region, about_axis(motion.axis, motion.angles, motion.shifts))
+
 
 def attempt(asked: Asked) -> Attempt:
     """Find what turns and how.
@@ -58,7 +64,7 @@ def attempt(asked: Asked) -> Attempt:
     first = Attempt(asked, region, frames, fit_pairs(frames, asked, region, told), told, broken)
     if told is not None:
         return first
-    alone = of_object(first, first.fit.motion)
+    alone = first.of_object(first.fit.motion)
     if np.mean([a is not b for a, b in zip(*alone, strict=True)]) <= FEW:
         return first
     fit = fit_pairs(alone[1], asked, region, None, first.fit.motion)  # what passes pulls the views along
@@ -82,15 +88,8 @@ def seen_by(camera: Camera, before: Attempt) -> Attempt:
     region = replace(before.region, low=squeeze * before.region.low, high=squeeze * before.region.high)
     loaded, _ = load(asked.recording, asked.sensor, region, color=asked.settings.color)
     both = zip(loaded, before.frames, strict=True)
-    frames = [None if f is None or b is None else masked(f, np.isfinite(b.depth)) for f, b in both]
+    frames = [None if f is None or b is None else f.masked(np.isfinite(b.depth)) for f, b in both]
     direction = squeeze * motion.axis.direction
     axis = replace(motion.axis, point=squeeze * motion.axis.point, direction=direction / np.linalg.norm(direction))
     fit = fit_pairs(frames, asked, region, None, replace(motion, axis=axis))
     return replace(before, asked=asked, region=region, frames=frames, fit=fit)
-
-
-def of_object(found: Attempt, motion: Motion) -> tuple[list[Prepared | None], list[Prepared | None]]:
-    """The frames of the object alone, and without what passes before it as well."""
-    region = found.region.cut(found.region.window(found.camera))
-    alone = object_alone(found.frames, region, motion)
-    return alone, without_passing(alone, region, about_axis(motion.axis, motion.angles, motion.shifts))

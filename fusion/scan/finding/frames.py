@@ -12,7 +12,6 @@ from fusion.recording.ahead import ahead
 from fusion.recording.images.masks import Masks
 from fusion.recording.native.telemetry_file import PLAUSIBLE
 from fusion.recording.recording import Recording
-from fusion.scan.finding.alone import masked
 from fusion.scan.finding.colors import Colors
 from fusion.scan.settings import ScanSettings
 from fusion.sensor.moments import moments_of
@@ -63,7 +62,7 @@ def load(
         prepared = prepare(cut, crop(camera, window), sensor, moments[index])
         if shown is not None:
             prepared = replace(prepared, color=shown.seen_at(index, frame, window))
-        frames.append(prepared if mask is None else masked(prepared, mask))
+        frames.append(prepared if mask is None else prepared.masked(mask))
     return frames, broken
 
 

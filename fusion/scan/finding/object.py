@@ -12,7 +12,7 @@ from fusion.volume.prepared import Prepared
 from fusion.volume.volume import VolumeSettings
 
 Array = NDArray[np.float64]
-MARGIN = 0.015  # [m] around what turns
+MARGIN = 0.015  # [m] around what turns: mixed pixels reach so far beside it, whatever its size
 
 
 def choose_volume(

@@ -20,7 +20,6 @@ from fusion.geometry.robust import MAD_TO_STD
 from fusion.progress import each
 from fusion.scan.cleaning.facing import facing
 from fusion.scan.cleaning.seen import ASKED
-from fusion.scan.finding.alone import masked
 from fusion.turntable.pairs.edges import NOISES
 from fusion.turntable.views import Region, usable
 from fusion.volume.prepared import Prepared
@@ -75,7 +74,7 @@ def without_passing(frames: Sequence[Prepared | None], region: Region, poses: Ar
         passing = _passing(beyond, asked.beside)
         image = _image(asked, passing, frame.depth.shape, step)
         if (image & shown).any():
-            found[k] = masked(frame, ~image)
+            found[k] = frame.masked(~image)
     return found
 
 

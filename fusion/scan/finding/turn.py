@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from fusion.scan.finding.attempt import Attempt, of_object
+from fusion.scan.finding.attempt import Attempt
 from fusion.scan.finding.model_fit import fit_model
 from fusion.scan.finding.plate_seen_whole import on_its_plate
 from fusion.scan.finding.relieved import relieved
@@ -26,4 +26,4 @@ def find_motion(found: Attempt) -> Motion:
 def turned(found: Attempt) -> tuple[Motion, list[Prepared | None]]:
     """The motion, and the frames without what is not the object or errs in depth, as the motion was found with them."""
     motion = find_motion(found)
-    return motion, relieved(of_object(found, motion)[1], motion.taken_out)
+    return motion, relieved(found.of_object(motion)[1], motion.taken_out)

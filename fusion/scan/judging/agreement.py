@@ -21,10 +21,10 @@ Mask = NDArray[np.bool_]
 FRAMES = 16  # evenly from the scan: more say nothing new
 STEEPEST = np.deg2rad(70)  # a surface seen flatter says little of its depth
 RIM = 2  # [px] beside steps and holes of either image, where a camera mixes or matches both sides
-STEP = 0.02  # [m] from one surface to another, within the rim's width
+STEP = 0.02  # [m] from one surface to another, within the rim's width: above the noise of any camera nearby
 TOLERANCE = 3.0  # standard deviations of what noise and voxel let expect
 TILE = 9  # [px] over which noise averages out
-NEAR = 0.03  # [m] what lies farther off is another surface, not this one displaced
+NEAR = 0.03  # [m] what lies farther off is another surface, not this one displaced: no camera is off by so much
 
 
 @dataclass(frozen=True)

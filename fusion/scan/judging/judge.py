@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
 # up to the first good, above the second a problem (guesses, for objects of some decimetres before a depth camera)
 NOISES = (2.0, 4.0)  # residual over what noise and voxel let expect
-SMALL = 0.001  # [m] a residual below is good whatever was expected
-DEPTH_M = (0.001, 0.004)
+SMALL = 0.001  # [m] a residual below is good whatever was expected: a count of most files
+DEPTH_M = (0.001, 0.004)  # what depth cameras reach where an object fills the image
 GAP_DEG = (45.0, 120.0)
 OPEN_SHARE = (0.05, 0.2)
 DROPPED_SHARE = (0.05, 0.25)

@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 # up to the first good, above the second a problem (guesses, for objects of some decimetres before a depth camera)
 CLOSED = (3.0, SURE)  # standard deviations
 WORSE = np.deg2rad(1.0)
-JUMP_M = (0.0, 0.004)
+JUMP_M = (0.0, 0.004)  # above the noise of free tracking: what a slip leaves
 WOBBLE = (np.deg2rad(0.5), np.deg2rad(2.0))
 UNLIKE = (0.03, 0.05)  # share of pairs or views; 0 to 0.02 where all views were right, more where some were not
 SLIPS = "What was measured is used; fix the object to the plate, and look at the drive."

@@ -23,10 +23,11 @@ from fusion.turntable.selfcheck import PRIOR
 Array = NDArray[np.float64]
 FEWEST = 100  # pairs of points that make an edge (guess)
 WORST = 0.6  # misfit of an edge that is left out (guess)
-ANGLE, SHIFT = np.deg2rad(1.5), 0.002  # [rad], [m] what a pair of views may be off (guess)
-WIDE = 0.03  # [m] reach within which the spread of views is taken
+# [rad], [m] what a pair of views may be off (guess): by what cameras bend of depth, whatever they look at
+ANGLE, SHIFT = np.deg2rad(1.5), 0.002
+WIDE = 0.03  # [m] reach within which the spread of views is taken: above what any camera is off by
 FOCAL = float(PRIOR[0])
-SETTLED = 2e-5  # [rad], [m]
+SETTLED = 2e-5  # [rad], [m] a hundredth of a camera's noise
 FIXED = 1e-6  # [m] an axis that stays where it is
 
 

@@ -12,7 +12,8 @@ from fusion.turntable.pairs.misfit import misfits
 from fusion.turntable.selfcheck import DEPTH, SelfCheck
 
 Array = NDArray[np.float64]
-REACH = 0.03  # [m] of the first passes, for objects of decimetres
+# [m] of the first passes; absolute: with shares of the object, tried for all lengths at once, wrong steps passed
+REACH = 0.03
 WIDEST = np.deg2rad(50)  # between two views that are compared
 TILTS = ("tilt_u", "tilt_v")
 # by a calibration of time of flight: a lamp beside the lens tilts its depth by centimetres over the image, and walls at

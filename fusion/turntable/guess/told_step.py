@@ -16,7 +16,7 @@ FRAMES = 12  # looked at
 CLEARLY = 0.7  # the images' own turns must lower the misfit of neighbours to this share of what told ones leave
 GOOD = 0.15  # misfit up to which turns are believed: 0.04 to 0.09 in scans, 0.26 where none was found
 OTHER = (0.2, np.deg2rad(2))  # share of the step, and least difference, that make it another step
-REACH = 0.02  # [m]
+REACH = 0.02  # [m] of pairs: a camera that is not calibrated may lay them so far apart (guess)
 
 
 def refuse_contradicted_step(views: Sequence[ObjectView], region: Region, step: float) -> None:

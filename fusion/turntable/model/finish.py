@@ -28,7 +28,7 @@ from fusion.volume.volume import Volume
 Array = NDArray[np.float64]
 EARLY_FRAMES, EARLY_RAYS = 60, 500_000  # that make and meet the models before the last one
 SOME = 30_000  # points that tell how the size changes
-STEPS = np.full(AXIS, 1e-4)  # [rad], [m] small ones, for derivatives
+STEPS = np.full(AXIS, 1e-4)  # [rad], [m] small ones, for derivatives: far above rounding, far below a pixel
 
 
 def size_std(rays: Bundle, motion: Turns, e: CellEquations, check: SelfCheck) -> float:

@@ -15,7 +15,8 @@ CELLS = 64  # of one offset each in a block: two voxels along their edges
 CLOSE = 0.02  # voxels from the surface at which a ray has met it
 LEAST_COSINE = 0.2  # of ray and model normal
 ALIKE = 0.7  # least cosine between the normals of pixel and model
-PLATE_LEVEL, PLATE_NEAR = 0.9, 0.03  # cosine to the axis, and height [m], of what may be the plate
+# cosine to the axis, and height [m], of what may be the plate; absolute: so far an uncalibrated camera may bend it
+PLATE_LEVEL, PLATE_NEAR = 0.9, 0.03
 
 
 @kernel

@@ -202,7 +202,7 @@ def paired(
     return code, out
 
 
-CLEAR = 0.008  # [m] above a plate both are seen in one pixel (guess)
+CLEAR = 0.008  # [m] above a plate both are seen in one pixel: of the camera, not of the object (guess)
 FEWEST = 150  # points of a view above a plate, or those on it are kept: a flat object, its marks and rim
 
 

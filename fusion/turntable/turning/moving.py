@@ -17,7 +17,7 @@ from fusion.turntable.turning.visitors import undisturbed, without_visitors
 
 Array = NDArray[np.float64]
 Colors = Sequence[NDArray[np.uint8] | None]
-EDGE = 0.015  # [m] around what turns that may still be it (guess)
+EDGE = 0.015  # [m] around what turns that may still be it: mixed pixels reach so far beside it (guess)
 # [m] least difference that shows a motion. What stands still wanders by errors that neighbours share, which no noise of
 # neighbours shows: at 2 mm the table before the custard box is taken for what turns, 3 to 8 mm serve alike, at 10 mm a
 # twelfth of the box is lost
@@ -76,7 +76,7 @@ def find_moving(
     points, frames, stride = _points_of(moved, depths, camera)
     if len(points) < LEAST * len(depths):
         raise _nothing(f"{len(points) / len(depths):.0f} moving pixels a frame")
-    kept = _persistent(points, frames, len(depths), camera.fx**2 / stride)
+    kept = persistent(points, frames, len(depths), camera.fx**2 / stride)
     if not kept.any():
         raise _nothing("what moves is in no place for long")
     points, frames = points[kept], frames[kept]
@@ -94,7 +94,7 @@ def find_moving(
     before = without_visitors(before, depths)
     before[visited] = False
     points, frames, stride = _points_of(before, depths, camera)
-    chosen = points[_persistent(points, frames, len(depths), camera.fx**2 / stride, chosen)]
+    chosen = points[persistent(points, frames, len(depths), camera.fx**2 / stride, chosen)]
     return Moving(chosen, *_box(chosen), behind.still, wall)
 
 
@@ -120,7 +120,7 @@ def find_wall(
     if inside.sum() * stride < LEAST * len(depths):
         return None
     points, frames = points[inside], frames[inside]
-    chosen = points[_persistent(points, frames, len(depths), camera.fx**2 / stride)]
+    chosen = points[persistent(points, frames, len(depths), camera.fx**2 / stride)]
     behind = _without_print(behind, depths, colors, outline_of(chosen, camera))
     return find_background(behind, outside_of(_box(chosen), behind.far, camera))
 
@@ -212,7 +212,7 @@ def _points_of(
     return np.column_stack([rays[v, u, 0] * z, rays[v, u, 1] * z, z]), frame, stride
 
 
-def _persistent(
+def persistent(
     points: Array, frames: NDArray[np.int64], n_frames: int, density: float, near: Array | None = None
 ) -> NDArray[np.bool_]:
     """(n,) bool: points in the largest connected region that holds moving surface in most frames.

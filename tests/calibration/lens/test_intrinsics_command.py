@@ -141,7 +141,7 @@ def depth_of(pose):
 def test_a_wrong_board_is_told_in_one_line(folder, tmp_path, capsys, change, said):
     out = tmp_path / "out"
     board = board_file(tmp_path, **change)
-    assert main(["calibrate", "intrinsics", str(folder), "--board", str(board), "-o", str(out)]) == 1
+    assert main(["calibrate", "intrinsics", str(folder), "--board", str(board), "-o", str(out), "-q"]) == 1
     told = capsys.readouterr().err
     assert said in told
     assert told.count("\n") == 1
