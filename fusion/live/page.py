@@ -183,7 +183,8 @@ def panel(state: LiveState) -> str:
     arcs = [_arc(k, COLORS["good"] if seen else "#555") for k, seen in enumerate(state.seen)]
     angle = math.radians(state.turned)
     ring = _Ring(arcs, RADIUS * math.sin(angle), -RADIUS * math.cos(angle), sum(state.seen) * 360 // SECTORS)
-    return markup("live/panel.html", state=state, color=COLORS[state.tracking], rows=rows, ring=ring)
+    # a plain string: viser sends no other
+    return str(markup("live/panel.html", state=state, color=COLORS[state.tracking], rows=rows, ring=ring))
 
 
 @dataclass(frozen=True)

@@ -55,3 +55,7 @@ def test_a_camera_whose_motor_does_not_answer_is_not_tilted_and_the_page_opens()
 
     assert _motor(Mute()) is None
     assert _motor(object()) is None
+
+
+def test_what_is_told_is_a_plain_string():
+    assert type(panel(LiveState())) is str  # viser sends no other
