@@ -35,7 +35,7 @@ SQUARE_PX = 15  # over which the scatter of pixels is one
 FEWEST_TILES = 20
 LEAST_SHARE = 0.06  # of the variance of pixels, where it is largest: below, it is a matter of the noise model
 MOST_MOVED = 0.9  # quantile of the tiles that stands for the largest
-STARTS = (1e-5, 1e-4, 1e-3, 1e-2)  # [m], [rad]
+STARTS = (1e-5, 1e-4, 1e-3, 1e-2)  # [m], [rad] from what no camera shows to what any hand does
 
 
 @dataclass(frozen=True)

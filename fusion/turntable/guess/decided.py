@@ -19,6 +19,7 @@ PARTNERS = 8  # of a view in the joint fit
 WANDERS = 1.15
 SLIPS = 2.0  # standard deviations of the angles by shape alone over those with print: shape lets them slip (guess)
 HOPELESS = 0.5  # misfit of views that do not turn about any axis (guess)
+# reaches of pairs in metres: a camera's bent depth lays surfaces so far apart, whatever the object's size (guess)
 JOINT = (ViewPairLimits(0.01, 2.0, 0.12, 1000), ViewPairLimits(0.006, 2.0, 0.12, POINTS_JOINT))
 COARSE = (ViewPairLimits(0.02, 0.0, 0.24, 600), *JOINT)
 

@@ -19,7 +19,7 @@ from fusion.sensor.sensor import Sensor
 ROUNDS = 5  # a law without waves is nearly linear: its second round changes a hundredth of the first
 LONGEST = 0.01  # share by which a period moves in a round: half a step of the grid it was found on
 UNLIKELY = 0.05
-MOST = 1.0  # [m]
+MOST = 1.0  # [m] a scatter that no wall has: where the root is looked for
 Array = NDArray[np.floating]
 
 
