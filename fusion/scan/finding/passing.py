@@ -1,7 +1,8 @@
 """What passes before a scanned object, as the hand that turns it: pixels of a frame whose place others look through.
 
-A finger near the object is no visitor that the region leaves out, and what is behind it takes no part in the volume, so
-nothing wipes it away there. Once the motion is known every frame says of the others where nothing is.
+A finger near the object is no visitor (turntable/turning/visitors.py) that the region leaves out, and what is behind it
+takes no part in the volume, so nothing wipes it away there. Once the motion is known every frame says of the others
+where nothing is.
 
 Two frames show the same where they differ, along the normal and over some neighbours, by no more than they differ all
 over: that holds the noise, what is alike in neighbours, and what the motion is wrong by.
