@@ -13,8 +13,12 @@ from fusion.geometry.robust import robust_std
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 
-
 FAINT = 1e-6  # of the power that columns without any are taken to have
+
+
+def damping(normal: Matrix, ridge: float) -> float:
+    """What is added to the diagonal (k, k) of a normal matrix: a share of the mean power of its columns."""
+    return ridge * max(float(np.trace(normal)), FAINT) / max(len(normal), 1)
 
 
 def left_out_gain(
@@ -28,8 +32,7 @@ def left_out_gain(
     """
     total = 0.0
     normal, moment = seen.T @ seen, seen.T @ target
-    damped = ridge * max(float(np.trace(normal)), FAINT) / max(len(normal), 1)
-    normal = normal + np.eye(len(normal)) * (size**-2 if size else damped)
+    normal = normal + np.eye(len(normal)) * (size**-2 if size else damping(normal, ridge))
     for g in np.unique(place[place >= 0]):
         own, aim = seen[place == g], target[place == g]
         weights = np.linalg.solve(normal - own.T @ own, moment - own.T @ aim)

@@ -13,7 +13,7 @@ from fusion.discrepancy.observe.frame_block import FrameBlock
 from fusion.discrepancy.observe.interior import interior
 from fusion.discrepancy.observe.outliers import foreign
 from fusion.discrepancy.observe.tiles import SIDE_PX, Tiling, tiling
-from fusion.geometry.pose import Array
+from fusion.geometry.pose import Array, angle, inverse
 from fusion.sensor.effect import Effect
 from fusion.sensor.laws.surface import moved_beyond
 from fusion.sensor.sensor import Sensor
@@ -210,6 +210,5 @@ def views_of(poses: Sequence[Array]) -> list[int]:
 
 
 def _near(one: Array, other: Array) -> bool:
-    between = np.linalg.solve(one, other)
-    turned = np.arccos(np.clip((np.trace(between[:3, :3]) - 1) / 2, -1, 1))
-    return bool(turned < TURNED and np.linalg.norm(between[:3, 3]) < MOVED)
+    between = inverse(one) @ other
+    return bool(angle(between) < TURNED and np.linalg.norm(between[:3, 3]) < MOVED)

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.naming.evidence import FAINT, left_out_gain
+from fusion.discrepancy.naming.evidence import damping, left_out_gain
 
 Vector = NDArray[np.float64]
 
@@ -19,5 +19,5 @@ def gain_elsewhere(columns: Vector, white: Vector, place: NDArray[np.intp], ridg
 def weights_of(columns: Vector, white: Vector, ridge: float = RIDGE) -> Vector:
     """Least squares; where the data say nothing, the weight is small."""
     normal = columns.T @ columns
-    damped = ridge * max(float(np.trace(normal)), FAINT) / max(len(normal), 1)
-    return np.asarray(np.linalg.solve(normal + damped * np.eye(len(normal)), columns.T @ white))
+    normal += damping(normal, ridge) * np.eye(len(normal))
+    return np.asarray(np.linalg.solve(normal, columns.T @ white))

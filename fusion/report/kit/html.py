@@ -13,10 +13,8 @@ PACKAGE = Path(__file__).parents[2]
 
 @cache
 def _environment() -> Environment:
-    loader = FileSystemLoader(PACKAGE)
-    return Environment(
-        loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )  # fmt: skip
+    loader, missing = FileSystemLoader(PACKAGE), StrictUndefined
+    return Environment(loader=loader, autoescape=True, undefined=missing, trim_blocks=True, lstrip_blocks=True)
 
 
 def markup(template: str, **values: Any) -> Markup:

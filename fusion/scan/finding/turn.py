@@ -13,11 +13,8 @@ from fusion.volume.prepared import Prepared
 
 def find_motion(found: Attempt) -> Motion:
     """Axis and angles of an attempt, every frame against the model of all; unreadable frames among the rejected."""
-    motion, asked, told = (
-        fit_model(found.frames, found.asked, found.region, found.fit),
-        found.asked,
-        found.fit.commanded,
-    )
+    asked, told = found.asked, found.fit.commanded
+    motion = fit_model(found.frames, asked, found.region, found.fit)
     if told is not None:
         motion = replace(motion, angles=with_log(motion.angles, motion.angle_std, told))
     return replace(on_its_plate(motion, asked.recording, asked.sensor), rejected={**motion.rejected, **found.broken})
