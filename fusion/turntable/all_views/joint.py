@@ -65,6 +65,19 @@ class Joint:
     spread: float  # rms distance of views from each other along the normal [m]
     at: Twists  # what the edges say there
 
+    @property
+    def gaps(self) -> Array:
+        """(m,) by how much each edge misses what it says itself of turn and shifts, in variances; NaN: it says nothing.
+
+        As many as its three freedoms where noise alone makes them, and that of each point is its own.
+        """
+        own = planar_columns(self.state.axis)
+        H, g = own.T @ self.at.H[:, :6, :6] @ own, self.at.g[:, :6] @ own
+        size = np.sqrt(np.diagonal(H, axis1=1, axis2=2)) + 1e-12
+        inverse = np.linalg.pinv(H / (size[:, :, None] * size[:, None]), rcond=1e-6, hermitian=True)
+        said = np.einsum("mi,mij,mj->m", g / size, inverse, g / size)
+        return np.where(_tells(self.at), said, np.nan)
+
 
 @dataclass(frozen=True)
 class Free:
@@ -168,8 +181,7 @@ def angle_stds(
     now = M[j] @ pose.inverse(M[i])
     found = twists(seen, edges, now[:m], state.axis.point, limits, state.focal)
     found = found.beside(told.said(now[m:], state.axis, state.axis.point))
-    good = (found.misfit < WORST) & (found.pairs > FEWEST)
-    H, _ = normal_equations(found, state.axis, M, (i, j), np.where(good, EFFECTIVE, 0.0))
+    H, _ = normal_equations(found, state.axis, M, (i, j), np.where(_tells(found), EFFECTIVE, 0.0))
     turns = SHARED + 3 * np.arange(1, len(M))
     kept = np.append(np.arange(4), turns)
     values = H[np.ix_(kept, kept)] + np.diag(
@@ -190,8 +202,7 @@ def _fit(
     for _ in range(iterations):
         M = state.motions()
         found = say(M[j] @ pose.inverse(M[i]), state)
-        good = (found.misfit < WORST) & (found.pairs > FEWEST)
-        H, g = normal_equations(found, state.axis, M, (i, j), np.where(good, EFFECTIVE, 0.0))
+        H, g = normal_equations(found, state.axis, M, (i, j), np.where(_tells(found), EFFECTIVE, 0.0))
         H[across, across] += 1 / free.loose**2
         g[across] += state.shifts.ravel() / free.loose**2
         H[SHARED - 1, SHARED - 1] += 1 / FOCAL**2
@@ -202,6 +213,11 @@ def _fit(
         if np.abs(step).max() < SETTLED:
             break
     return state, last
+
+
+def _tells(found: Twists) -> NDArray[np.bool_]:
+    """(m,) edges that take part."""
+    return np.asarray((found.misfit < WORST) & (found.pairs > FEWEST))
 
 
 def _spread(seen: ViewStack, state: State, edges: Edges) -> float:
