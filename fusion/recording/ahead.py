@@ -1,4 +1,5 @@
-"""Frames read beside the work on those before them: decoding an image leaves Python's lock alone."""
+"""Frames read, or worked on, beside the work on those before them: decoding images leaves Python's lock alone, and so
+does NumPy where arrays are large."""
 
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
