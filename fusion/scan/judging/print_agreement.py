@@ -94,6 +94,6 @@ def print_agreement(
     if not edges:
         return None
     pairs = [(views[placed[i]], views[placed[j]]) for i, j in edges]
-    found = [said() for said in ahead(lambda m: compared(*pairs[m]), range(len(pairs)))]
+    found = [said() for said in ahead(lambda pair: compared(*pair), pairs)]
     alike, own, chance = np.array([(f.alike, f.own, f.chance) for f in found]).T
     return PrintAgreement(np.array(edges, np.intp), alike, own, chance, len(placed))
