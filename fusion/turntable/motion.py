@@ -160,7 +160,9 @@ def by_hand(found: Alone, begun: Begun, n: int, centre: Array) -> Motion:
         [pose.transform(T, v.points[::some].astype(float)) for T, v in zip(back, seen, strict=True)]
     )
     reach, above_point = axis.distance(points)
+    # views far apart overlap little: where the ground tells their places, that speaks against none
     bad = found.joint.misfit > MISPLACED
+    bad[[view for edge in found.told.edges for view in edge]] = False
 
     def whole(values: Array) -> Array:
         out = np.full((n, *values.shape[1:]), np.nan)

@@ -11,6 +11,8 @@ from fusion.geometry import pose
 from fusion.geometry.camera import Camera
 from fusion.geometry.depth import point_map
 from fusion.simulation.demo.demo import looking_at
+from fusion.turntable.all_views.joint import State
+from fusion.turntable.axis import Axis
 from fusion.turntable.guess.alone import find_alone, found_again
 from fusion.turntable.guess.everywhere import Heard
 from fusion.turntable.table.foot import plate_among
@@ -96,6 +98,17 @@ def test_a_hand_that_moves_little_is_a_hand_all_the_same():
     found = find_alone(views, REGION)
     error = np.rad2deg(found.state.angles - found.state.angles[0] - turns)
     assert found.wanders and np.abs(error - error.mean()).max() < 0.5
+
+
+@pytest.mark.parametrize(("wander", "noise", "low", "high"), [(0, 6e-4, 0, 3), (0, 2e-3, 0, 3), (3e-4, 6e-4, 15, 400)])
+def test_shifts_explain_what_a_hand_did_and_no_noise(wander, noise, low, high):
+    """A hand that moves the box by half a point's noise is told from a firm axis by all pairs of views together."""
+    turns, _, views = scanned(UNEVEN, wander, noise=noise)
+    T = pose.inverse(T_WORLD_CAMERA)
+    start = State(Axis(T[:3, 3], T[:3, 2]), turns, np.zeros((len(turns), 2)))
+    found = found_again(views, start)
+    assert low < found.explained < high
+    assert found.wanders == (wander > 0)
 
 
 @pytest.mark.slow
