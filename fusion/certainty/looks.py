@@ -13,11 +13,13 @@ from numpy.typing import NDArray
 
 from fusion.geometry import pose
 from fusion.mesh.mesh import Mesh
+from fusion.recording.ahead import ahead
 from fusion.volume.prepared import Prepared
 
 Array = NDArray[np.float64]
 FACING = 0.1  # least cosine between normal and line of sight
 NEAREST = 0.05  # [m] of depth; no depth camera measures nearer
+Measured = tuple[NDArray[np.intp], tuple[NDArray[np.intp], NDArray[np.intp]], tuple[Array, Array]]
 STENCIL = np.array([[0, 1, 0], [1, 4, 1], [0, 1, 0]], np.float32) / 8
 
 
@@ -59,8 +61,13 @@ def look(mesh: Mesh, frames: Iterable[tuple[Prepared, Array]], near: float) -> L
     assert mesh.normals is not None
     count, columns, poses = len(mesh.vertices), [], []
     pixel, times = np.zeros((2, count))
-    for frame, T in frames:
-        which, at, off = _measured(mesh, frame, T, near)
+
+    def asked(placed: tuple[Prepared, Array]) -> tuple[Prepared, Array, Measured]:
+        frame, T = placed
+        return frame, T, _measured(mesh, frame, T, near)
+
+    for answer in ahead(asked, frames):
+        frame, T, (which, at, off) = answer()
         column = np.zeros((3, count), np.float32)
         surface = frame.surface
         ray, along = off
@@ -80,9 +87,7 @@ def look(mesh: Mesh, frames: Iterable[tuple[Prepared, Array]], near: float) -> L
     return Looks(off, spread, weight, _apart(where, mesh.vertices.mean(axis=0)), where, pixel)
 
 
-def _measured(
-    mesh: Mesh, frame: Prepared, T: Array, near: float
-) -> tuple[NDArray[np.intp], tuple[NDArray[np.intp], NDArray[np.intp]], tuple[Array, Array]]:
+def _measured(mesh: Mesh, frame: Prepared, T: Array, near: float) -> Measured:
     """Vertices that the frame shows, their pixels (v, u), and the difference in depth [m] with what it is along n."""
     assert mesh.normals is not None
     camera, surface = frame.surface.camera, frame.surface

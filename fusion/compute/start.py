@@ -79,6 +79,12 @@ def _init(device: object, kept: Path) -> None:
     ti.lang.impl.get_runtime().materialize()  # what only the thread may do in which it was started
 
 
+def keep_kernels() -> None:
+    """Keep what was compiled anew, as the back end does in a process' end; no kernel runs after it."""
+    if (program := ti.lang.impl.get_runtime().prog) is not None:
+        program.finalize()
+
+
 def kernels_kept_in() -> Path:
     """The folder of compiled kernels; a variable of the back end's own says another one."""
     variable, folder = KEPT

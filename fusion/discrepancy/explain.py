@@ -30,7 +30,7 @@ from fusion.discrepancy.observe.placements import joined
 from fusion.discrepancy.observe.stage import simulated_stage, stage_of
 from fusion.discrepancy.simulated import matched
 from fusion.discrepancy.unknown.unknown import Unknown
-from fusion.discrepancy.unknown.unrestricted import UnrestrictedGain, covariates
+from fusion.discrepancy.unknown.unrestricted import UnrestrictedGain
 from fusion.errors import FusionError
 from fusion.geometry.camera import Principle
 from fusion.progress import each, stage
@@ -235,14 +235,6 @@ def _channels(
 def _shaken(shaking: Shaking) -> ChannelStep:
     std = {"sigma_m": shaking.std_m, "sigma_rad": shaking.std_rad}
     return ChannelStep("noise", shaking.effect, std, False, shaking.gain, shaking.share, shaking.probability)
-
-
-def variables_of(observations: Observations) -> dict[str, Vector]:
-    """Covariates of the tiles in the units of verdicts."""
-    known = covariates(observations)
-    if "amplitude" in known:
-        known["amplitude"] = np.exp(known["amplitude"])
-    return known
 
 
 def _same_cameras(recordings: Sequence[Recording], sensor: Sensor) -> None:

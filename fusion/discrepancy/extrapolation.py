@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.decisions import FEWEST
-from fusion.discrepancy.explain import Explanation, variables_of
+from fusion.discrepancy.explain import Explanation
 
 Vector = NDArray[np.float64]
 
@@ -33,7 +33,7 @@ def extrapolated(found: Explanation) -> list[Beyond]:
     if not columns.shape[1] or len(recordings) < FEWEST:
         return []
     out = []
-    known = variables_of(found.before)
+    known = found.before.variables
     for name in VARIABLES:
         if name not in known:
             continue

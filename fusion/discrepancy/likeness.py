@@ -11,7 +11,6 @@ from fusion.discrepancy.naming.evidence import inflation
 from fusion.discrepancy.observe.observations import Observations
 from fusion.discrepancy.unknown.families import shapes_of
 from fusion.discrepancy.unknown.unrestricted import Group, groups_of
-from fusion.discrepancy.unknown.variables import law_variables
 from fusion.errors import FusionError
 
 Vector = NDArray[np.float64]
@@ -84,7 +83,7 @@ def _waves(observations: Observations, covariance: TileCovariance) -> list[Group
     All together could follow any turning of signs, so that nothing would stand out.
     """
     out = []
-    for name, values in law_variables(observations).items():
+    for name, values in observations.variables.items():
         waves = [shape.columns(values) for shape in shapes_of(name, values) if "wave" in shape.kind]
         if waves:
             white = covariance.whiten(np.concatenate(waves, axis=1))

@@ -52,6 +52,7 @@ class Motion:
     shifts: Array | None = None
     spread: float = 0.0  # rms distance of overlapping views from each other [m], where that was measured
     held: bool = False  # the angles are held by print, or by a hand: shape alone would only make them worse
+    marked: int = 0  # frames of which marks on what the object stands on tell the turn
     table: float | None = None
     # (4,) of the axis, tilts [rad] and shifts [m] of the camera along x and y of the object's frame; None where no
     # model of all frames was fitted
@@ -160,7 +161,10 @@ def by_hand(found: Alone, begun: Begun, n: int, centre: Array) -> Motion:
         [pose.transform(T, v.points[::some].astype(float)) for T, v in zip(back, seen, strict=True)]
     )
     reach, above_point = axis.distance(points)
+    # views far apart overlap little: where the ground tells their places, that speaks against none
     bad = found.joint.misfit > MISPLACED
+    marked = sorted({view for edge in found.told.edges for view in edge})
+    bad[marked] = False
 
     def whole(values: Array) -> Array:
         out = np.full((n, *values.shape[1:]), np.nan)
@@ -192,6 +196,7 @@ def by_hand(found: Alone, begun: Begun, n: int, centre: Array) -> Motion:
         focal_std=lens.focal_std,
         shifts=whole(state.shifts) if found.wanders else None,
         held=True,
+        marked=len(marked),
         spread=found.joint.spread,
     )
 

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
 from fusion.geometry.depth import PointMap
+from fusion.turntable.below.marks import Marked, Marks
 from fusion.turntable.tones import contrast
 
 Array = NDArray[np.float64]
@@ -29,6 +30,7 @@ class Region:
     # (h, w) depth [m] from which on a pixel of the whole image shows what stands behind, NaN where that is not known;
     # or None
     wall: NDArray[np.float32] | None = None
+    below: Marked | None = None  # what turns below the object, with marks on it
 
     def holds(self, points: NDArray) -> NDArray[np.bool_]:
         """(...) bool: points (..., 3) inside; NaN is outside."""
@@ -71,6 +73,7 @@ class ObjectView:
     # (h, w) what is printed on the surface (see `tones.contrast`), NaN where unknown; None without colour
     print: NDArray[np.float32] | None = None
     tones: NDArray[np.float32] | None = None  # (n,) the same at the points
+    marks: Marks | None = None  # on the surface below, where that is looked at
 
     def of(self, chosen: NDArray) -> "ObjectView":
         """The view with some of its points: their places, or a bool for each."""
@@ -83,19 +86,25 @@ class ObjectView:
         )
 
 
-def view(surface: PointMap, seen: NDArray[np.bool_], color: NDArray[np.uint8] | None = None) -> ObjectView:
+def view(
+    surface: PointMap,
+    seen: NDArray[np.bool_],
+    color: NDArray[np.uint8] | None = None,
+    marks: Marks | None = None,
+) -> ObjectView:
     """The view of one frame.
 
     Args:
         surface: what the frame shows, in the window of the region (see `Region.window` and `crop`).
         seen: (h, w) its pixels that take part, see `usable`.
         color: (h, w, 3) of the same pixels, or None.
+        marks: on the surface below the object, or None.
     """
     known = surface.points[seen], surface.normals[seen], surface.sigma[seen]
     if color is None:
         return ObjectView(surface, *known)
     tones = contrast(color, seen)
-    return ObjectView(surface, *known, tones, tones[seen])
+    return ObjectView(surface, *known, tones, tones[seen], marks)
 
 
 def usable(surface: PointMap, region: Region) -> NDArray[np.bool_]:

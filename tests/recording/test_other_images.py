@@ -52,6 +52,19 @@ def test_beside_colour_they_are_a_folder_of_open3d(tmp_path, write):
     assert frame.color is not None and np.nanmax(frame.depth) == pytest.approx(0.947)
 
 
+@pytest.mark.parametrize(("name", "taken"), [("rgb", True), ("depth_vis", False)])
+def test_colours_beside_depth_go_with_it_in_order(tmp_path, name, taken):
+    for index in (2, 10):
+        pgm(tmp_path / f"depth_{index}")
+        Image.fromarray(np.full((6, 8, 3), 10 * index, np.uint8)).save(tmp_path / f"{name}_{index}.png")
+    found = open_recording(tmp_path, CAMERA)
+    assert found.format == "plain"
+    # a picture of the depth in colours is no photograph
+    assert [
+        frame.color is not None and frame.color[0, 0, 0] == k for frame, k in zip(found, (20, 100), strict=True)
+    ] == [taken] * 2
+
+
 @pytest.mark.parametrize("write", [pgm, tiff, real])
 def test_a_cut_file_is_named(tmp_path, write, capfd):
     write(tmp_path / "1")

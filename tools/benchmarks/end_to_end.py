@@ -19,8 +19,6 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
-
 ASKED_S = {"box": 6.0, "frames": 15.0, "tum": 15.0, "merge": 30.0}
 CLOCKS = (time.perf_counter, time.thread_time, time.process_time)
 MEASURE = "--measure"  # this file runs a command in its own process: measure(FILE, ARGUMENTS)
@@ -112,6 +110,8 @@ def explain(shared: Path, out: Path) -> tuple[list[str], list[str]]:
 
 def compare(shared: Path, out: Path) -> tuple[list[str], list[str]]:
     """A cloud of 1 million points, shifted and noisy, and the demo's mesh that it was taken from."""
+    import numpy as np
+
     from fusion.mesh.comparison.surface_samples import sample_surface
     from fusion.mesh.files import write_mesh
     from fusion.mesh.mesh import Mesh
@@ -129,6 +129,8 @@ def compare(shared: Path, out: Path) -> tuple[list[str], list[str]]:
 
 def merge(shared: Path, out: Path) -> tuple[list[str], list[str]]:
     """Two passes of 90 simulated frames of 640 x 480 px of a box that its print tells apart, scanned once."""
+    import numpy as np
+
     from tools.sets.two_passes.cases import Case
     from tools.sets.two_passes.making import make
 
@@ -176,7 +178,10 @@ def in_its_own_process(arguments: list[str], place: Path) -> dict[str, list[floa
 
 
 def measure(told: Path, arguments: list[str]) -> int:
-    """Run a command as the console program does, and write where its time went."""
+    """Run a command as the console program does, and write where its time went.
+
+    Nothing here imports NumPy before the command line does, which says first how many threads its products get.
+    """
     from fusion.compute.process import tune_process
 
     tune_process()
@@ -224,5 +229,7 @@ def table(job: str, stages: dict[str, list[float]]) -> str:
 
 if __name__ == "__main__":
     if MEASURE in sys.argv[:2]:
-        sys.exit(measure(Path(sys.argv[2]), sys.argv[3:]))
+        from fusion.commands.console import leave
+
+        leave(measure(Path(sys.argv[2]), sys.argv[3:]))
     main()

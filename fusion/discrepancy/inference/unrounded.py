@@ -4,12 +4,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter
 
 from fusion.sensor.effect import Effect
 from fusion.sensor.view import Image, View
 
 STEP = 12**0.5  # over the spread of what rounding to it loses
 HIDDEN = 0.46  # of a step: noise that leaves a two-hundredth of it, which is a tenth of that noise in a square's mean
+SQUARE_PX = 15  # over which the noise is taken to be one: a pixel's own scatter over a few frames says little
 MOVED = 0.1  # of a step: about as far as a law that is looked for moves what is rounded
 
 
@@ -27,7 +29,10 @@ class Unrounded:
         """From the prediction of the model without its rounding and the measured spread `std` (h, w) [m]."""
         with np.errstate(all="ignore"):
             step = np.asarray(STEP * rounding.noise(mean, view))
-            spread = np.fmin(sigma, np.sqrt(np.maximum(std**2 - step**2 / 12, 0.0))) / step
+            turned = (std / step) ** 2
+            known = np.isfinite(turned)
+            whole, share = (uniform_filter(image, SQUARE_PX) for image in (np.where(known, turned, 0.0), known * 1.0))
+            spread = np.fmin(sigma / step, _before(np.where(known, whole / np.maximum(share, 1e-3), np.nan)))
         return cls(rounding, mean, step, spread)
 
     def shows(self, inside: NDArray[np.bool_]) -> bool:
@@ -41,3 +46,12 @@ class Unrounded:
             ends = [self.mean + side * MOVED * self.step for side in (-1.0, 1.0)]
             low, high = (self.rounding.repeated(end, self.spread * self.step, view)[0] for end in ends)
             return np.nan_to_num((high - low) / (2 * MOVED * self.step), nan=1.0)
+
+
+def _before(variance: Image) -> Image:
+    """Spread, in steps, of the noise before a rounding behind which frames scatter with a variance, over all phases."""
+    spread = np.linspace(0.0, 1.0, 101)
+    k = np.arange(1, 50)[:, None]
+    behind = spread**2 + 1 / 12 - (np.exp(-((2 * np.pi * k * spread) ** 2)) / (2 * (np.pi * k) ** 2)).sum(axis=0)
+    far = np.sqrt(np.maximum(variance - 1 / 12, 0.0))
+    return np.where(variance > behind[-1], far, np.interp(variance, behind, spread))

@@ -1,6 +1,6 @@
 """Standing: whether a name stands beside the others, or is only told of as likely."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -8,7 +8,6 @@ from fusion.discrepancy.decisions import NOTICED
 from fusion.discrepancy.naming.assessment import Step
 from fusion.discrepancy.naming.effect_part import EffectPart
 from fusion.discrepancy.naming.evidence import inflation
-from fusion.discrepancy.naming.extrapolation import Extrapolation
 from fusion.discrepancy.naming.heterogeneity import unevenness
 from fusion.discrepancy.naming.refit import PartsFit, refitted
 from fusion.discrepancy.naming.search.step import NextPart
@@ -45,11 +44,10 @@ def is_faint(fit: PartsFit, found: NextPart) -> bool:
     return found.gain < (max(FAINT_NAME, form) if matter_of_form else form) * most
 
 
-def contradicted(fit: PartsFit, beyond: Extrapolation) -> list[int]:
+def contradicted(fit: PartsFit, beyond: Mapping[int, float]) -> list[int]:
     """Parts that make the recordings held back worse by more than chance and more than a tenth of their size does."""
     chance = NOTICED * inflation(fit.white)
-    told = [(k, gain) for k, gain in enumerate(beyond.gains) if gain is not None]
-    return [k for k, gain in told if -gain > max(chance, FORM * gain_of(fit.parts[k]))]
+    return [k for k, gain in beyond.items() if -gain > max(chance, FORM * gain_of(fit.parts[k]))]
 
 
 def weak_of(steps: Sequence[Step]) -> list[Step]:

@@ -1,30 +1,31 @@
 """Extrapolation: does a fit hold in the farthest and the steepest recording, which take no part in it?"""
 
-from dataclasses import dataclass
-
 import numpy as np
-from numpy.typing import NDArray
 
 from fusion.discrepancy.naming.evidence import left_out_gain
 from fusion.discrepancy.naming.partial_residual import partial_residual
 from fusion.discrepancy.naming.refit import PartsFit
 from fusion.discrepancy.observe.observations import Observations
 
-Vector = NDArray[np.float64]
-
 FEWEST = 6  # recordings from which on some can be held back
 TOLD = 10.0  # growth of a variance without the recordings held back: beyond, the others do not tell the size
 
 
-@dataclass(frozen=True)
-class Extrapolation:
-    """Recordings held back, and how they are predicted by all others."""
-
-    places: tuple[int, ...] = ()  # of the recordings; empty where there are too few to hold any back
-    before: float = float("nan")  # chi2 per tile of the given model there
-    after: float = float("nan")  # the same of the parts as fitted to all other recordings
-    # per part, the drop of the chi2 there; None where the others do not tell the part's size
-    gains: tuple[float | None, ...] = ()
+def gains_beyond(fit: PartsFit) -> dict[int, float]:
+    """Per part, the drop of the chi2 in the recordings held back; none of parts whose size the others do not tell."""
+    places = held_back(fit.observations)
+    if not places or not fit.parts:
+        return {}
+    rows = np.isin(fit.observations.place, places)
+    own, out = fit.columns[rows], {}
+    without = np.diag(np.linalg.pinv(fit.normal - own.T @ own, hermitian=True))
+    growth = without / np.maximum(np.diag(np.linalg.inv(fit.normal)), 1e-300)
+    for k, (part, (weights, _)) in enumerate(zip(fit.parts, fit.places, strict=True)):
+        # what is known of an effect that the model holds couples all recordings
+        if np.median(growth[weights]) < TOLD and fit.observations.sensor.effect(part.name) is None:
+            space, target = partial_residual(fit, k)
+            out[k] = left_out_gain(space.of(part.candidate.white), target, np.where(rows, 0, -1), part.size)
+    return out
 
 
 def held_back(observations: Observations) -> tuple[int, ...]:
@@ -42,31 +43,3 @@ def held_back(observations: Observations) -> tuple[int, ...]:
     farthest = max(depth, key=lambda place: float(np.mean(depth[place])))
     steepest = max(tilt, key=lambda place: float(np.mean(tilt[place])))
     return tuple(sorted({farthest, steepest}))
-
-
-def extrapolated(fit: PartsFit) -> Extrapolation:
-    """How the fit to all other recordings predicts those held back."""
-    places = held_back(fit.observations)
-    if not places or not fit.parts:
-        return Extrapolation(places)
-    rows = np.isin(fit.observations.place, places)
-    white = fit.covariance.whiten(fit.observations.residual)[rows]
-    J, rest = fit.columns[rows], fit.white[rows]
-    normal = fit.normal
-    without = np.linalg.pinv(normal - J.T @ J, hermitian=True)
-    after = rest + J @ (without @ (J.T @ rest))
-    growth = np.diag(without) / np.maximum(np.diag(np.linalg.inv(normal)), 1e-300)
-    gains: list[float | None] = []
-    for k, (own, _) in enumerate(fit.places):
-        # what is known of an effect that the model holds couples all recordings
-        held = fit.observations.sensor.effect(fit.parts[k].name) is not None
-        told = bool(np.median(growth[own]) < TOLD) and not held
-        gains.append(_gain(fit, k, rows) if told else None)
-    return Extrapolation(places, float(white @ white / len(white)), float(after @ after / len(after)), tuple(gains))
-
-
-def _gain(fit: PartsFit, k: int, rows: NDArray[np.bool_]) -> float:
-    space, target = partial_residual(fit, k)
-    part = fit.parts[k]
-    group = np.where(rows, 0, -1)
-    return left_out_gain(space.of(part.candidate.white), target, group, part.size)

@@ -1,7 +1,7 @@
 """Naming: which effects, added to the model, explain the residual; each must pay, replicate and fit."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,7 @@ from fusion.discrepancy.inference.tile_covariance import TileCovariance
 from fusion.discrepancy.naming.assessment import Step, judged, judged_next
 from fusion.discrepancy.naming.effect_part import EffectPart
 from fusion.discrepancy.naming.established import LIKELY, contradicted, gain_of, is_faint, weak_of, without_faint
-from fusion.discrepancy.naming.extrapolation import Extrapolation, extrapolated
+from fusion.discrepancy.naming.extrapolation import gains_beyond
 from fusion.discrepancy.naming.partial_residual import partial_residual
 from fusion.discrepancy.naming.plain_pairs import as_two
 from fusion.discrepancy.naming.refit import PartsFit, refitted
@@ -41,7 +41,6 @@ class Named:
         observations: under that model.
         white: (n,) what is left, in units of the covariance.
         likely: the next one, that is likely but not established; None when there is none.
-        extrapolation: how recordings held back are predicted by the others.
     """
 
     steps: tuple[Step, ...]
@@ -49,7 +48,6 @@ class Named:
     observations: Observations
     white: Vector
     likely: Step | None = None
-    extrapolation: Extrapolation = field(default_factory=Extrapolation)
 
 
 def name_effects(
@@ -73,16 +71,16 @@ def name_effects(
     if other is not fit:
         fit, likely = _grown(other, candidates)
     fit = as_two(fit, candidates)
-    fit, beyond, fallen = _that_extrapolates(fit)
+    fit, fallen = _that_extrapolates(fit)
     likely = likely or (judged_next(fit, fallen, candidates) if fallen else None)
     steps = judged(fit, candidates)
     while poorer := _poorer(fit, steps):
         fit, taken_out = poorer
         if likely is None and taken_out.held_out > 0 and taken_out.probability <= LIKELY:
             likely = taken_out
-        beyond, steps = extrapolated(fit), judged(fit, candidates)
+        steps = judged(fit, candidates)
     better = observations.under(fit.sensor) if steps else observations
-    return Named(tuple(steps), fit.sensor, better, fit.white, likely, beyond)
+    return Named(tuple(steps), fit.sensor, better, fit.white, likely)
 
 
 def _poorer(fit: PartsFit, steps: Sequence[Step]) -> tuple[PartsFit, Step] | None:
@@ -148,19 +146,19 @@ def unconfirmed(named: Named, observations: Observations, white: Vector) -> Name
     return Named((), observations.sensor, observations, white, first)
 
 
-def _that_extrapolates(fit: PartsFit) -> tuple[PartsFit, Extrapolation, NextPart | None]:
+def _that_extrapolates(fit: PartsFit) -> tuple[PartsFit, NextPart | None]:
     """The fit without parts that make the recordings held back worse, and the last that was taken out.
 
     Without one part another may be bent to the end of its range: then it goes too.
     """
     fallen: NextPart | None = None
     while True:
-        beyond = extrapolated(fit)
+        beyond = gains_beyond(fit)
         bad = contradicted(fit, beyond)
         bad = bad or [k for k, part in enumerate(fit.parts) if part.at_bound(fit.observations)]
         if not bad:
-            return fit, beyond, fallen
-        worst = min(bad, key=lambda k: beyond.gains[k] or 0.0)
+            return fit, fallen
+        worst = min(bad, key=lambda k: beyond.get(k, 0.0))
         part = fit.parts[worst]
         fallen = NextPart(part, gain_of(part), 0.0, 0.0, FALSE_ALARM)
         fit = refitted([p for k, p in enumerate(fit.parts) if k != worst], fit.observations, fit.covariance)

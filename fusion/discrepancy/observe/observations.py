@@ -18,6 +18,7 @@ from fusion.sensor.effect import Effect
 from fusion.sensor.laws.surface import moved_beyond
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import Image, View
+from fusion.sensor.where import VARIABLES
 
 MOST_TILES = 2800  # time grows with the third power: with more, tiles are larger; these take a minute on two cores
 LARGEST_PX = 64
@@ -125,6 +126,22 @@ class Observations:
         if len(places) > 1 or len(set(views)) == 1:
             return self.place
         return np.concatenate([np.full(len(p.tiles), view) for p, view in zip(self.patches, views, strict=True)])
+
+    @cached_property
+    def variables(self) -> dict[str, NDArray[np.float64]]:
+        """Tile means (n,) of all that is known of every tile and varies, by the names and in the units of verdicts."""
+        out: dict[str, NDArray[np.float64]] = {}
+        flight = self.patches[0].view.time_of_flight
+        for name, of in VARIABLES.items():
+            if name == "edge" or (name == "disparity" and flight):  # tiles keep clear of edges
+                continue
+            seen = [of(patch.depth, patch.view) for patch in self.patches]
+            if all(value is not None and np.any(np.isfinite(value)) for value in seen):
+                means = [p.tiles.mean(np.asarray(x, float)) for p, x in zip(self.patches, seen, strict=True)]
+                values = np.concatenate(means)
+                if np.ptp(values) > 1e-9 * (1 + np.abs(values).max()):
+                    out[name] = values
+        return out
 
     def rows(self) -> Iterator[tuple[slice, Patch]]:
         """Each patch and where its tiles stand in the vectors."""

@@ -10,7 +10,6 @@ from fusion.discrepancy.inference.shapes import surface
 from fusion.discrepancy.inference.tile_covariance import TileCovariance
 from fusion.discrepancy.observe.observations import Observations
 from fusion.discrepancy.unknown.elsewhere import gain_elsewhere
-from fusion.discrepancy.unknown.variables import law_variables
 
 Vector = NDArray[np.float64]
 
@@ -58,7 +57,7 @@ def _frames(observations: Observations) -> Iterator[tuple[str, NDArray[np.intp]]
     """Name of each frame and the cell (n,) of every tile in it."""
     camera = observations.patches[0].view.camera
     side = max(16.0, np.sqrt(camera.width * camera.height / MOST_CELLS))
-    known = law_variables(observations)
+    known = observations.variables
     if "u" in known and "v" in known:
         yield "sensor", _grid([known["u"], known["v"]], side)
     shapes = {patch.block.stage.shape for patch in observations.patches if hasattr(patch.block.stage, "shape")}

@@ -20,7 +20,6 @@ from fusion.discrepancy.unknown.smooth import smooth_table
 from fusion.discrepancy.unknown.table import TermTables, pixel_columns, table_of, unit_of
 from fusion.discrepancy.unknown.terms import UnknownTerm
 from fusion.discrepancy.unknown.unrestricted import UnrestrictedGain
-from fusion.discrepancy.unknown.variables import law_variables
 from fusion.sensor.effects.readout.tabulated import Tabulated
 
 Vector = NDArray[np.float64]
@@ -71,7 +70,7 @@ def law_of(
 def _terms(white: Vector, observations: Observations, covariance: TileCovariance) -> tuple[list[UnknownTerm], Vector]:
     """The terms of a formula, each the best beside the others, and what they leave (n,)."""
     exact = partial(pixel_columns, observations=observations)
-    seen = TermColumns(law_variables(observations), MeasuredTiles(observations, covariance), exact)
+    seen = TermColumns(observations.variables, MeasuredTiles(observations, covariance), exact)
 
     def left_by(terms: Sequence[UnknownTerm]) -> Vector:
         if not terms:

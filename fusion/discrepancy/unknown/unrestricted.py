@@ -12,6 +12,7 @@ from fusion.discrepancy.observe.observations import Observations
 
 Matrix = NDArray[np.float64]
 
+SMOOTH = ("depth", "u", "v", "radius", "time", "incidence", "amplitude", "temperature")
 KNOTS = 6
 WORTH = 0.05  # of the gain of all groups: a group that brings less is not named
 
@@ -62,27 +63,9 @@ def groups_of(observations: Observations, covariance: TileCovariance) -> list[Gr
 
 
 def covariates(observations: Observations) -> dict[str, NDArray[np.float64]]:
-    """What is known of every tile (n,), by the names of the verdict."""
-    out: dict[str, list[NDArray[np.float64]]] = {}
-    for patch in observations.patches:
-        view, tiles = patch.view, patch.tiles
-        values = {
-            "depth": tiles.mean(patch.depth),
-            "u": tiles.mean(np.broadcast_to(view.u, view.camera.shape)),
-            "v": tiles.mean(np.broadcast_to(view.v, view.camera.shape)),
-            "radius": tiles.mean(view.radius),
-            "time": np.full(len(tiles), view.moment.time),
-        }
-        if view.incidence is not None:
-            values["incidence"] = tiles.mean(view.incidence)
-        if view.ir is not None:
-            values["amplitude"] = np.log(np.maximum(tiles.mean(np.asarray(view.ir, float)), 1.0))
-        if np.isfinite(view.moment.temperature):
-            values["temperature"] = np.full(len(tiles), view.moment.temperature)
-        for name, value in values.items():
-            out.setdefault(name, []).append(value)
-    whole = {name: np.concatenate(parts) for name, parts in out.items() if len(parts) == len(observations.patches)}
-    return {name: values for name, values in whole.items() if np.ptp(values) > 1e-9 * (1 + np.abs(values).max())}
+    """What laws of any physics may follow smoothly, of every tile (n,): the amplitude by its logarithm."""
+    known = {name: observations.variables[name] for name in SMOOTH if name in observations.variables}
+    return {name: np.log(np.maximum(x, 1.0)) if name == "amplitude" else x for name, x in known.items()}
 
 
 def explained(white: NDArray[np.float64], groups: list[Group], known: Matrix) -> UnrestrictedGain:

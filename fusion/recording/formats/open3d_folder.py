@@ -44,7 +44,7 @@ def read(folder: Path, camera: Camera | None) -> Recording:
     color = next((found for name in COLOR_FOLDERS if (found := _images(folder, name))), [])
     camera = camera or _camera(folder)
     stamps, warnings = _stamps(depth)
-    matched, told = _matched(depth, color)
+    matched, told = matching(depth, color)
     warnings += told
     files, more = with_color_placed(FrameFiles(folder=folder, depth=depth, color=matched), camera)
     return Recording(
@@ -67,7 +67,7 @@ def _images(folder: Path, name: str) -> list[str]:
     return all_inside(folder, listed, RecordingError)
 
 
-def _matched(depth: list[str], color: list[str]) -> tuple[list[str | None], list[str]]:
+def matching(depth: list[str], color: list[str]) -> tuple[list[str | None], list[str]]:
     """The colour image of each depth image, and what is told of that."""
     if len(color) in (0, len(depth)):
         return list(color), []

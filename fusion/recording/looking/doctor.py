@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from fusion.errors import RecordingError
+from fusion.recording.ahead import ahead
 from fusion.recording.checks.depth_values import check_depth_values
 from fusion.recording.checks.intrinsics import check_intrinsics
 from fusion.recording.checks.range_or_z import check_range_or_z
@@ -41,7 +42,8 @@ def quick_look(recording: Recording, more: tuple[Check, ...] = (), max_depth: fl
     if max_depth is not None:
         cut = {i: np.where(depth <= max_depth, depth, np.float32(np.nan)) for i, depth in sample.depths.items()}
         near = replace(sample, depths=cut)
-    findings = [f for check in QUICK for f in check(sample)] + [f for check in more for f in check(near)]
+    asked = [*((check, sample) for check in QUICK), *((check, near) for check in more)]
+    findings = [f for said in ahead(lambda ask: ask[0](ask[1]), asked) for f in said()]
     if any(finding.severity == "error" for finding in findings):  # it may be why
         findings += [Finding("files", "warning", seen) for seen in sample.unread[:1]]
     wrong = [finding for finding in findings if finding.severity != "ok"]

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.errors import RecordingError
+from fusion.recording.ahead import ahead
 from fusion.recording.images.frame_files import INVALID_COUNT
 from fusion.recording.recording import Recording
 
@@ -46,10 +47,13 @@ def draw(recording: Recording, frames: int = FRAMES, keep: int = KEPT) -> Sample
     stride = max(1, int(np.ceil(np.sqrt(camera.width * camera.height / KEPT_PIXELS))))
     counts = np.zeros(INVALID_COUNT + 1, np.int64)
     medians, depths, failures = [], {}, {}
-    for index in indices:
+
+    def read(index: int) -> tuple[NDArray[np.float32], NDArray[np.uint16] | None]:
+        return recording[index].depth, recording.depth_counts(index)
+
+    for index, seen in zip(indices, ahead(read, indices), strict=True):
         try:
-            depth = recording[index].depth
-            stored = recording.depth_counts(index)
+            depth, stored = seen()
             if stored is not None:
                 counts += np.bincount(stored.reshape(-1), minlength=INVALID_COUNT + 1)
         except RecordingError as error:

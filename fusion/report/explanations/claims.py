@@ -12,7 +12,7 @@ from fusion.discrepancy.explain import Explanation
 from fusion.discrepancy.verdict.claim import Claim
 from fusion.discrepancy.verdict.words import chance, numbers_of, rivals_said, size_of, what_it_is
 from fusion.report.explanations.claim_figures import BinnedCurve, Unit, claim_figure
-from fusion.report.explanations.evidence import Footprint, inside, spread, variables_here
+from fusion.report.explanations.evidence import Footprint, inside, spread
 from fusion.report.kit.page import Figure, Section
 from fusion.report.kit.tables import folded, numbers_table, paragraph, titled
 from fusion.sensor.effects import EFFECTS
@@ -63,7 +63,7 @@ def lead(claim: Claim) -> str:
 
 def shown_variables(found: Explanation, claim: Claim) -> list[str]:
     """The law's own variables that tiles have, at most two, and that of the region."""
-    known = variables_here(found)
+    known = found.before.variables
     kinds = {kind.name: kind for kind in EFFECTS}
     kind = kinds.get(claim.effect)
     own = [*(kind.variables if kind else ()), *claim.where.variables, "depth"]
@@ -77,7 +77,7 @@ def shown_variables(found: Explanation, claim: Claim) -> list[str]:
 
 def _curve(found: Explanation, footprint: Footprint, variable: str, unit: Unit) -> BinnedCurve:
     """Weighted means over bins of the variable, inside the claim's bounds on other variables."""
-    values = variables_here(found)[variable]
+    values = found.before.variables[variable]
     law = np.asarray(found.covariance.root @ footprint.white)
     without, rest = (
         cleaned(found.covariance, footprint.white + footprint.left),

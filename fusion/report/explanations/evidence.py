@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.compared import cleaned
-from fusion.discrepancy.explain import Explanation, variables_of
+from fusion.discrepancy.explain import Explanation
 from fusion.discrepancy.inference.tile_covariance import TileCovariance
 from fusion.discrepancy.observe.observations import Observations, Patch
 from fusion.discrepancy.verdict.claim import Claim
@@ -81,26 +81,10 @@ def spread(covariance: TileCovariance) -> Vector:
 
 def inside(found: Explanation, region: Sequence[BoundFields]) -> NDArray[np.bool_]:
     """(n,) True for tiles in the region of a claim; bounds on variables that tiles do not have are passed over."""
-    known = variables_here(found)
+    known = found.before.variables
     out = np.ones(len(found.white), bool)
     for bound in region:
         values = known.get(bound.variable)
         if values is not None:
             out &= (values >= bound.low) & (values <= bound.high)
     return out
-
-
-def variables_here(found: Explanation) -> dict[str, Vector]:
-    """What is known of the tiles (n,), in the units of verdicts, range and disparity too."""
-    known = dict(variables_of(found.before))
-    patches = found.before.patches
-    known["range"] = np.concatenate([p.tiles.mean(p.depth * p.view.stretch) for p in patches])
-    if not patches[0].view.time_of_flight:
-        known["disparity"] = np.concatenate([p.tiles.mean(p.view.focal_baseline / p.depth) for p in patches])
-    angle = np.concatenate([np.full(len(p.tiles), p.view.moment.table_angle) for p in patches])
-    if np.ptp(angle) > 0:
-        known["table_angle"] = angle
-    painted_on = [p.tiles.mean(p.view.reflectance) for p in patches if p.view.reflectance is not None]
-    if len(painted_on) == len(patches):
-        known["reflectance"] = np.concatenate(painted_on)
-    return known

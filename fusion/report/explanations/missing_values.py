@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.channels.validity import Validity, validity_of
-from fusion.discrepancy.explain import Explanation, variables_of
+from fusion.discrepancy.explain import Explanation
 from fusion.discrepancy.verdict.claim import Claim
 from fusion.report.explanations.claim_figures import AXES, mask_panel
 from fusion.report.explanations.claims import lead, parameters_table, questions
@@ -99,12 +99,12 @@ def missing_section(number: int, claim: Claim, missing: Missing) -> Section:
 
 
 def _shown(missing: Missing, claim: Claim) -> list[str]:
-    known = variables_of(missing.seen.observations)
+    known = missing.seen.observations.variables
     return [name for name in claim.where.variables if name in known][:2] or ["depth"]
 
 
 def _curve(missing: Missing, variable: str) -> MissingCurve:
-    values = variables_of(missing.seen.observations)[variable]
+    values = missing.seen.observations.variables[variable]
     edges = np.unique(np.quantile(values, np.linspace(0, 1, BINS + 1)))
     number = np.searchsorted(edges[1:-1], values, side="right")
     inside = [number == k for k in range(max(len(edges) - 1, 1)) if (number == k).sum() >= FEWEST]

@@ -13,7 +13,7 @@ from fusion.discrepancy.observe.observations import predicted
 from fusion.discrepancy.verdict.claim import Claim
 from fusion.report.explanations.claim_figures import AXES, Unit, mask_panel
 from fusion.report.explanations.claims import bins, lead, parameters_table, questions, shown_variables
-from fusion.report.explanations.evidence import mask_of, variables_here
+from fusion.report.explanations.evidence import mask_of
 from fusion.report.kit.page import Figure, Section
 from fusion.report.kit.palette import BLUE, GREY, INK, ORANGE, new_figure, styled, to_svg
 from fusion.sensor.words.in_words import plain
@@ -109,7 +109,7 @@ def noise_section(
 
 
 def _curve(found: Explanation, noise: Noise, variable: str, unit: Unit) -> SpreadCurve:
-    values = variables_here(found)[variable]
+    values = found.before.variables[variable]
     everywhere = np.ones(len(values), bool)
     rows = [
         [values[i].mean(), *(np.sqrt(part[i].mean()) for part in (noise.measured, noise.given, noise.extended))]

@@ -7,6 +7,7 @@ from fusion.geometry.camera import Camera
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.drawing.shading import vertex_normals
 from fusion.mesh.mesh import Mesh
+from fusion.recording.ahead import ahead
 
 GRAZING = 0.17  # cosine of 80 degrees: beyond, depth cameras give no usable depth (guess)
 NEARER = 0.99  # a surface hides a vertex when it stands nearer than this share of the way to it
@@ -25,13 +26,18 @@ def times_seen(mesh: Mesh, trajectory: Trajectory, camera: Camera) -> NDArray[np
     scene.add_triangles(o3d.core.Tensor.from_numpy(local), o3d.core.Tensor.from_numpy(mesh.faces.astype(np.uint32)))
     # coordinates one after the other: three values side by side cost NumPy several times as much
     points, normals = (np.ascontiguousarray(values.T, float) for values in (mesh.vertices, vertex_normals(mesh)))
-    for T_world_camera in trajectory.poses[trajectory.valid]:
+
+    def seen(frame: int) -> NDArray[np.int64]:
+        T_world_camera = trajectory.poses[frame]
         index = _in_view(points, normals, T_world_camera, camera)
         eye = T_world_camera[:3, 3] - middle
         rays = np.hstack([np.broadcast_to(eye, (len(index), 3)), local[index] - eye]).astype(np.float32)
-        if len(index):
-            hidden = scene.test_occlusions(o3d.core.Tensor.from_numpy(rays), tnear=0.0, tfar=NEARER).numpy()
-            counts[index[~hidden]] += 1
+        if not len(index):
+            return index
+        return index[~scene.test_occlusions(o3d.core.Tensor.from_numpy(rays), tnear=0.0, tfar=NEARER).numpy()]
+
+    for found in ahead(seen, np.flatnonzero(trajectory.valid).tolist()):
+        counts[found()] += 1
     return counts
 
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from fusion.geometry import pose
 from fusion.geometry.camera import Camera
 from fusion.mesh.mesh import Mesh
+from fusion.recording.ahead import ahead
 from fusion.sensor.effects.light.multipath import Multipath
 from fusion.simulation.rendering.casting import Body
 from fusion.simulation.rendering.indirect import Bounce
@@ -72,7 +73,9 @@ def plate_light(
     normals = mesh.normals.astype(float)
     total, weights = np.zeros(len(normals)), np.full(len(normals), 1e-9)
     placed = [(f, T) for f, T in zip(frames, poses, strict=True) if f is not None and np.isfinite(T).all()]
-    for k in np.unique(np.linspace(0, len(placed) - 1, FRAMES).round().astype(int)):
+
+    def lit(k: int) -> tuple[NDArray[np.intp], Array, Array]:
+        """Vertices that a frame shows, by how much they lie too far in, and how much that counts."""
         frame, T = placed[k]
         camera = frame.surface.camera
         view = view_of(bodies, camera, T, LIGHT)
@@ -85,8 +88,13 @@ def plate_light(
         at = np.flatnonzero(inside)
         at = at[np.abs(view.depth[v[at], u[at]] - local[at, 2]) < SEEN]
         stretch = np.linalg.norm(local[at], axis=1) / local[at, 2]
-        total[at] += cosine[at] ** 2 * longer[v[at], u[at]] * stretch * cosine[at]
-        weights[at] += cosine[at] ** 2
+        return at, longer[v[at], u[at]] * stretch * cosine[at], cosine[at] ** 2
+
+    some = np.unique(np.linspace(0, len(placed) - 1, FRAMES).round().astype(int))
+    for shown in ahead(lit, some.tolist()):
+        at, off, weight = shown()
+        total[at] += weight * off
+        weights[at] += weight
     return PlateLight(total / weights, reflectance, told is not None)
 
 

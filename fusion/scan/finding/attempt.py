@@ -49,8 +49,8 @@ class Attempt:
         return alone, without_passing(alone, region, about_axis(motion.axis, motion.angles, motion.shifts))
 
 
-def attempt(asked: Asked) -> Attempt:
-    """Find what turns and how.
+def attempt(asked: Asked, look_below: bool = True) -> Attempt:
+    """Find what turns and how; `look_below`, see `find_region`.
 
     Raises:
         RecordingError: too few readable frames.
@@ -58,8 +58,8 @@ def attempt(asked: Asked) -> Attempt:
     """
     recording, settings = asked.recording, asked.settings
     masks = None if settings.mask is None else open_masks(settings.mask, recording)
-    region = find_region(recording, asked.sensor, settings, masks)
     told = told_angles(recording, settings)
+    region = find_region(recording, asked.sensor, settings, masks, look_below and told is None)
     frames, broken = load(recording, asked.sensor, region, masks, settings.color)
     first = Attempt(asked, region, frames, fit_pairs(frames, asked, region, told), told, broken)
     if told is not None:
@@ -83,7 +83,7 @@ def seen_by(camera: Camera, before: Attempt) -> Attempt:
     """
     asked, motion = replace(before.asked, recording=replace(before.asked.recording, camera=camera)), before.fit.motion
     if before.told is not None or motion.held or any(before.frames[i] is not None for i in motion.rejected):
-        return attempt(asked)
+        return attempt(asked, look_below=before.region.below is not None)
     squeeze = np.array([before.camera.fx / camera.fx] * 2 + [1.0])
     region = replace(before.region, low=squeeze * before.region.low, high=squeeze * before.region.high)
     loaded, _ = load(asked.recording, asked.sensor, region, color=asked.settings.color)

@@ -68,10 +68,13 @@ def fit_pairs(
     """
     settings, camera = asked.settings, asked.recording.camera
     cut = region.cut(region.window(camera))
+    marks = {} if region.below is None else region.below.marks
     pixels = [None if f is None else usable(f.surface, cut) for f in frames]
     views = [
-        _nothing(frames) if f is None or p is None else view(f.surface, p, f.color if commanded is None else None)
-        for f, p in zip(frames, pixels, strict=True)
+        _nothing(frames)
+        if f is None or p is None
+        else view(f.surface, p, f.color if commanded is None else None, marks.get(index))
+        for index, (f, p) in enumerate(zip(frames, pixels, strict=True))
     ]
     with stage("motion"):
         if settings.step is not None and not settings.force:

@@ -19,6 +19,7 @@ from fusion.geometry import pose
 from fusion.geometry.camera import Camera
 from fusion.geometry.robust import MAD_TO_STD
 from fusion.progress import each
+from fusion.recording.ahead import ahead
 from fusion.scan.cleaning.facing import facing
 from fusion.scan.cleaning.seen import ASKED
 from fusion.turntable.pairs.edges import NOISES
@@ -64,7 +65,8 @@ def without_passing(frames: Sequence[Prepared | None], region: Region, poses: Ar
     others = placed[np.unique(np.linspace(0, max(len(placed) - 1, 0), min(ASKED, len(placed))).round().astype(int))]
     found = list(frames)
     depths = np.array([f.surface.points[..., 2].ravel() for m in others if (f := frames[m]) is not None])
-    for k in each(placed.tolist(), "passing"):
+
+    def without(k: int) -> Prepared:
         frame = frames[k]
         assert frame is not None
         shown = usable(frame.surface, region) & np.isfinite(frame.depth)
@@ -74,8 +76,10 @@ def without_passing(frames: Sequence[Prepared | None], region: Region, poses: Ar
         beyond = _beyond(asked, frame.surface.camera, _Others(poses[others[some]], depths, some))
         passing = _passing(beyond, asked.beside)
         image = _image(asked, passing, frame.depth.shape, step)
-        if (image & shown).any():
-            found[k] = frame.masked(~image)
+        return frame.masked(~image) if (image & shown).any() else frame
+
+    for k, cut in zip(placed, each(ahead(without, placed.tolist()), "passing", len(placed)), strict=True):
+        found[k] = cut()
     return found
 
 

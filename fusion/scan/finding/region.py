@@ -1,5 +1,7 @@
 """Where the object is while it turns."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
@@ -13,14 +15,28 @@ from fusion.recording.recording import Recording
 from fusion.scan.finding.colors import Colors
 from fusion.scan.settings import ScanSettings
 from fusion.sensor.sensor import Sensor
-from fusion.turntable.turning.moving import find_moving, find_wall
+from fusion.turntable.below.ground import ground_below
+from fusion.turntable.below.marks import marked
+from fusion.turntable.table.foot import foot_of
+from fusion.turntable.turning.moving import Moving, find_moving, find_wall
 from fusion.turntable.views import Region
 
+Array = NDArray[np.float64]
 LOOKED_AT = 30  # frames that show what turns
+SOME = 4  # of these that show what the object stands on
 
 
-def find_region(recording: Recording, sensor: Sensor, settings: ScanSettings, masks: Masks | None = None) -> Region:
+def find_region(
+    recording: Recording, sensor: Sensor, settings: ScanSettings, masks: Masks | None = None, look_below: bool = False
+) -> Region:
     """Where the object is while it turns: the box that was given, what the masks show, or what moves.
+
+    Args:
+        recording: with corrected depth, and the camera that belongs to it.
+        sensor: says how noisy it is.
+        settings: of the scan.
+        masks: of the object, or None.
+        look_below: for marks on what the object stands on, which tell how that turns.
 
     Raises:
         RecordingError: too few frames, or too few that can be read.
@@ -28,7 +44,7 @@ def find_region(recording: Recording, sensor: Sensor, settings: ScanSettings, ma
     """
     if len(recording) < 3:
         raise RecordingError("too few frames for a turntable", recording.path, len(recording), "3 or more")
-    depths, colors, lost = [], [], ""
+    frames, depths, colors, lost = [], [], [], ""
     shown = Colors.of(recording) if settings.color and masks is None else None
     everywhere = slice(None), slice(None)
     some = np.unique(np.linspace(0, len(recording) - 1, LOOKED_AT).round().astype(int)).tolist()
@@ -38,6 +54,7 @@ def find_region(recording: Recording, sensor: Sensor, settings: ScanSettings, ma
             depth = frame.depth if masks is None else np.where(masks[index], frame.depth, np.float32(np.nan))
             depths.append(depth)
             colors.append(None if shown is None else shown.seen_at(index, frame, everywhere))
+            frames.append(index)
         except RecordingError as error:  # told when all frames are loaded
             lost = lost or f"frame {index}: {error}"
             continue
@@ -54,7 +71,21 @@ def find_region(recording: Recording, sensor: Sensor, settings: ScanSettings, ma
         low, high = np.sort(np.array(settings.box, float), axis=0)
         return Region(low, high, wall=find_wall(np.stack(depths), camera, sigma, (low, high), colors))
     moving = find_moving(np.stack(depths), camera, sigma, colors)
-    return Region(moving.low, moving.high, moving.still, moving.wall).grown(0.015)
+    region = Region(moving.low, moving.high, moving.still, moving.wall).grown(0.015)
+    seen = [k for k, color in enumerate(colors) if color is not None]
+    foot = _foot(moving, camera, depths) if look_below and len(seen) >= 3 else None
+    if foot is None:
+        return region
+    ground, few = ground_below(foot, moving.points, camera), [frames[k] for k in seen]
+    both = np.stack([depths[k] for k in seen]), np.stack([color for color in colors if color is not None])
+    return replace(region, below=marked(ground, camera, few, *both))
+
+
+def _foot(moving: Moving, camera: Camera, depths: list[NDArray[np.float32]]) -> tuple[Array, Array] | None:
+    """A point (3,) and the upward normal (3,) of what the object stands on; None where that is not seen."""
+    with np.errstate(invalid="ignore"):
+        behind = [camera.points(depth)[depth >= moving.wall] for depth in depths[:: max(1, len(depths) // SOME)]]
+    return foot_of(np.concatenate(behind).astype(float), moving.points)
 
 
 def _shown(depths: NDArray[np.float32], camera: Camera, settings: ScanSettings) -> Region:

@@ -4,11 +4,14 @@ from dataclasses import replace
 
 from fusion.scan.finding.attempt import Attempt
 from fusion.scan.finding.model_fit import fit_model
+from fusion.scan.finding.object import choose_volume
 from fusion.scan.finding.plate_seen_whole import on_its_plate
 from fusion.scan.finding.relieved import relieved
 from fusion.turntable.all_views.log import with_log
+from fusion.turntable.axis import about_axis
 from fusion.turntable.motion import Motion
-from fusion.volume.prepared import Prepared
+from fusion.volume.prepared import Prepared, fused
+from fusion.volume.unmixed import matching_window, unmixed
 
 
 def find_motion(found: Attempt) -> Motion:
@@ -21,6 +24,10 @@ def find_motion(found: Attempt) -> Motion:
 
 
 def turned(found: Attempt) -> tuple[Motion, list[Prepared | None]]:
-    """The motion, and the frames without what is not the object or errs in depth, as the motion was found with them."""
+    """The motion; the object's frames, without the errors of depth it was found with, and without what is mixed."""
     motion = find_motion(found)
-    return motion, relieved(found.of_object(motion)[1], motion.taken_out)
+    frames = relieved(found.of_object(motion)[1], motion.taken_out)
+    cut = found.region.cut(found.region.window(found.camera))
+    poses = about_axis(motion.axis, motion.angles, motion.shifts)
+    model = fused(choose_volume(found.asked.settings, found.camera, frames, cut, motion), frames, poses, "model")
+    return motion, unmixed(frames, model, poses, matching_window(found.asked.sensor, found.camera.fx))

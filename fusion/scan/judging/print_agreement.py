@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from fusion.scan.judging.print_pairs import compared, printed
+from fusion.recording.ahead import ahead
+from fusion.scan.judging.print_pairs import PrintedFrame, compared, printed
 from fusion.turntable.all_views.loop import choose_edges
 from fusion.turntable.all_views.together import WIDEST
 from fusion.turntable.views import Region
@@ -82,16 +83,17 @@ def print_agreement(
         T_object_camera: (n, 4, 4), NaN where a frame has no place.
         angles: (n,) turn of each frame [rad], NaN likewise.
     """
-    views = {
-        k: view
-        for k, frame in enumerate(frames)
-        if frame is not None and np.isfinite(T_object_camera[k]).all()
-        if (view := printed(frame, region, T_object_camera[k])) is not None
-    }
+
+    def view(k: int) -> PrintedFrame | None:
+        frame, T = frames[k], T_object_camera[k]
+        return printed(frame, region, T) if frame is not None and np.isfinite(T).all() else None
+
+    views = {k: v for k, seen in enumerate(ahead(view, range(len(frames)))) if (v := seen()) is not None}
     placed = list(views)
     edges = choose_edges(angles[placed], WIDEST)
     if not edges:
         return None
-    found = [compared(views[placed[i]], views[placed[j]]) for i, j in edges]
+    pairs = [(views[placed[i]], views[placed[j]]) for i, j in edges]
+    found = [said() for said in ahead(lambda pair: compared(*pair), pairs)]
     alike, own, chance = np.array([(f.alike, f.own, f.chance) for f in found]).T
     return PrintAgreement(np.array(edges, np.intp), alike, own, chance, len(placed))

@@ -45,6 +45,8 @@ def _table(scan: "Scan") -> Light:
     if scan.motion.shifts is not None:
         moved = np.sqrt(np.nanmean(np.nansum((scan.motion.shifts - np.nanmean(scan.motion.shifts, 0)) ** 2, axis=1)))
         said += f"; turned by hand, which moved the object by {moved * 1e3:.0f} mm (rms): each frame has its own place"
+    if scan.motion.marked:
+        said += f"; {scan.motion.marked} frames are held by marks on what the object stands on, which turn with it"
     do = ""
     if judged != "ok":
         # freely tracked poses rock with the plate, and with a depth that is bent differently in each part of the image

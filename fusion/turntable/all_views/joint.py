@@ -89,13 +89,48 @@ class Free:
 
 
 @dataclass(frozen=True)
+class PairMotions:
+    """Motions of pairs of views that something else says than their points."""
+
+    edges: Edges  # m pairs: source and model view
+    poses: Array  # (m, 4, 4) model from source
+    worth: Array  # (m,) how much each counts
+    # what they may be off: turn [rad], shift [m]
+    angle: float = ANGLE
+    shift: float = SHIFT
+
+    def said(self, now: Array, axis: Axis, centre: Array) -> Twists:
+        """Their equations where the pairs lie so now (m, 4, 4); what does not fit in counts less (Cauchy's weights)."""
+        size = np.array([self.angle, self.shift, self.shift])
+        own = np.vstack([planar_columns(axis), np.zeros((1, 3))])
+        D = self.poses @ pose.inverse(now)
+        turn = Rotation.from_matrix(D[:, :3, :3]).as_rotvec() @ axis.direction
+        shift = (np.einsum("mij,j->mi", D[:, :3, :3], centre) + D[:, :3, 3] - centre) @ axis.across().T
+        off = np.column_stack([turn, shift])
+        weight = self.worth / (1 + np.sum((off / size) ** 2, axis=1)) / EFFECTIVE
+        H = weight[:, None, None] * ((own / size**2) @ own.T)
+        g = -weight[:, None] * ((off / size**2) @ own.T)
+        none = np.zeros(len(self.edges))
+        return Twists(H, g, none, none + 2 * FEWEST, none, none, none, none, none)
+
+
+NOTHING = PairMotions([], np.zeros((0, 4, 4)), np.zeros(0))
+
+
+@dataclass(frozen=True)
 class _Last:
     std: Array = field(default_factory=lambda: np.zeros(0))
     found: Twists | None = None
 
 
 def fit_jointly(
-    seen: ViewStack, start: State, edges: Edges, passes: tuple[ViewPairLimits, ...], free: Free, iterations: int = 5
+    seen: ViewStack,
+    start: State,
+    edges: Edges,
+    passes: tuple[ViewPairLimits, ...],
+    free: Free,
+    iterations: int = 5,
+    told: PairMotions = NOTHING,
 ) -> Joint:
     """Refine a motion.
 
@@ -106,53 +141,46 @@ def fit_jointly(
         passes: limits, one after the other.
         free: what may change.
         iterations: in each pass.
+        told: what else is known of pairs.
     """
-    state, last = start, _Last()
+    state, last, m = start, _Last(), len(edges)
     for limits in passes:
 
-        def say(poses: Array, centre: Array, focal: float, limits: ViewPairLimits = limits) -> Twists:
-            return twists(seen, edges, poses, centre, limits, focal)
+        def say(poses: Array, state: State, limits: ViewPairLimits = limits) -> Twists:
+            found = twists(seen, edges, poses[:m], state.axis.point, limits, state.focal)
+            return found.beside(told.said(poses[m:], state.axis, state.axis.point))
 
-        state, last = _fit(state, edges, say, free, iterations)
+        state, last = _fit(state, edges + told.edges, say, free, iterations)
     assert last.found is not None
+    found = last.found.first(m)
     n, i = len(state.angles), np.array(edges, np.intp)[:, 0]
     count = np.maximum(np.bincount(i, minlength=n), 1)
-    misfit, scale = (np.bincount(i, k, n) / count for k in (last.found.misfit, last.found.scale))
+    misfit, scale = (np.bincount(i, k, n) / count for k in (found.misfit, found.scale))
     own = last.std[SHARED:].reshape(n, 3)
     return Joint(
         state, own[:, 0], np.hypot(own[:, 1], own[:, 2]), float(last.std[SHARED - 1]), misfit, scale,
-        _spread(seen, state, edges), last.found,
+        _spread(seen, state, edges), found,
     )  # fmt: skip
 
 
-def fit_to_pairs(start: State, edges: Edges, poses: Array, worth: Array, iterations: int = 15) -> State:
-    """The motion that agrees with those of pairs of views (m, 4, 4), each as far as it is worth (m,).
+def fit_to_pairs(start: State, told: PairMotions, iterations: int = 15) -> State:
+    """The motion about a known axis that agrees with those of pairs of views."""
 
-    Motions that do not fit in count less and less (Cauchy's weights).
-    """
-    size = np.array([ANGLE, SHIFT, SHIFT])
-    none = np.zeros(len(edges))
-    axis = start.axis
-    own = np.vstack([planar_columns(axis), np.zeros((1, 3))])
+    def say(now: Array, state: State) -> Twists:
+        return told.said(now, start.axis, state.axis.point)
 
-    def say(now: Array, centre: Array, focal: float) -> Twists:
-        D = poses @ pose.inverse(now)
-        turn = Rotation.from_matrix(D[:, :3, :3]).as_rotvec() @ axis.direction
-        shift = (np.einsum("mij,j->mi", D[:, :3, :3], centre) + D[:, :3, 3] - centre) @ axis.across().T
-        off = np.column_stack([turn, shift])
-        weight = worth / (1 + np.sum((off / size) ** 2, axis=1)) / EFFECTIVE
-        H = weight[:, None, None] * ((own / size**2) @ own.T)
-        g = -weight[:, None] * ((off / size**2) @ own.T)
-        return Twists(H, g, none, none + 2 * FEWEST, none, none, none, none, none)
-
-    return _fit(start, edges, say, Free(1.0, axis=False), iterations)[0]
+    return _fit(start, told.edges, say, Free(1.0, axis=False), iterations)[0]
 
 
-def angle_stds(seen: ViewStack, state: State, edges: Edges, limits: ViewPairLimits) -> Array:
+def angle_stds(
+    seen: ViewStack, state: State, edges: Edges, limits: ViewPairLimits, told: PairMotions = NOTHING
+) -> Array:
     """Standard deviations (n,) of the angles [rad] where a fit about one axis stands; infinite where nothing tells."""
-    M = state.motions()
-    i, j = np.array(edges, np.intp).T
-    found = twists(seen, edges, M[j] @ pose.inverse(M[i]), state.axis.point, limits, state.focal)
+    M, m = state.motions(), len(edges)
+    i, j = np.array(edges + told.edges, np.intp).T
+    now = M[j] @ pose.inverse(M[i])
+    found = twists(seen, edges, now[:m], state.axis.point, limits, state.focal)
+    found = found.beside(told.said(now[m:], state.axis, state.axis.point))
     H, _ = normal_equations(found, state.axis, M, (i, j), np.where(_tells(found), EFFECTIVE, 0.0))
     turns = SHARED + 3 * np.arange(1, len(M))
     kept = np.append(np.arange(4), turns)
@@ -163,7 +191,7 @@ def angle_stds(seen: ViewStack, state: State, edges: Edges, limits: ViewPairLimi
 
 
 def _fit(
-    state: State, edges: Edges, say: Callable[[Array, Array, float], Twists], free: Free, iterations: int
+    state: State, edges: Edges, say: Callable[[Array, State], Twists], free: Free, iterations: int
 ) -> tuple[State, _Last]:
     n, last = len(state.angles), _Last()
     i, j = np.array(edges, np.intp).T
@@ -173,7 +201,7 @@ def _fit(
     across = (SHARED + np.arange(3 * n).reshape(n, 3)[:, 1:]).ravel()
     for _ in range(iterations):
         M = state.motions()
-        found = say(M[j] @ pose.inverse(M[i]), state.axis.point, state.focal)
+        found = say(M[j] @ pose.inverse(M[i]), state)
         H, g = normal_equations(found, state.axis, M, (i, j), np.where(_tells(found), EFFECTIVE, 0.0))
         H[across, across] += 1 / free.loose**2
         g[across] += state.shifts.ravel() / free.loose**2

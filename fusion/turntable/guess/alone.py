@@ -11,8 +11,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.turntable.all_views.joint import State, fit_to_pairs
+from fusion.turntable.all_views.joint import NOTHING, PairMotions, State, fit_to_pairs
 from fusion.turntable.axis import Axis
+from fusion.turntable.below.told import COUNTS, told_below
 from fusion.turntable.guess.agreeing import NEIGHBOURS, agreeing, places_between
 from fusion.turntable.guess.decided import POINTS_JOINT, Alone, best_partners, decided, nothing_turns
 from fusion.turntable.guess.everywhere import listen
@@ -35,29 +36,38 @@ def find_alone(views: Sequence[ObjectView], region: Region) -> Alone:
     """
     n = len(views)
     keys = np.unique(np.linspace(0, n - 1, min(n, KEYS)).round().astype(int))
-    plate = plate_among(views)
+    with_marks = np.flatnonzero([v.marks is not None for v in views])
+    keys = keys if len(with_marks) < 3 else np.unique([0, *with_marks, n - 1])
+    plate, below = plate_among(views), told_below(region.below, [views[k].marks for k in keys])
     if plate is not None:  # it turns into itself: what fits it best is no turn at all
         clear = [above(v, Axis(*plate), CLEAR, len(v.points)) for v in views]
         views, plate = (clear, plate) if min(len(v.points) for v in clear) >= FEWEST else (views, None)
     seen = stack([thinned_view(v, POINTS) for v in views])
-    axis = upright_axis(views, seen, region, keys, None if plate is None else plate[1])
+    foot = plate[1] if plate is not None else None if below is None else below.upright.direction
+    axis = upright_axis(views, seen, region, keys, foot)
     pairs = [(int(i), int(j)) for k, i in enumerate(keys) for j in keys[k + 1 :]]
     heard = listen(seen, axis, pairs)
     printed = heard.printed()
     place = np.full(n, -1)
     place[keys] = np.arange(len(keys))
     said = heard.said(printed)
+    said = replace(said, pairs=place[said.pairs])
     turns = np.full(n, np.nan)
-    turns[keys] = consistent(len(keys), replace(said, pairs=place[said.pairs]))
+    turns[keys] = consistent(len(keys), said if below is None else said.beside(below.said()))
     edges, poses, worth = agreeing(heard, printed, turns)
+    told = NOTHING if below is None else below.agreeing(turns[keys], keys)
     if len(keys) < n:
         between = places_between(seen, axis, keys, turns, printed)
         edges, poses, worth = edges + between[0], np.concatenate([poses, between[1]]), np.append(worth, between[2])
-    if not edges:
+    if not edges and not told.edges:
         raise nothing_turns(1.0)
     angles = unwound(turns)
-    state = fit_to_pairs(State(axis, angles, np.zeros((n, 2))), edges, poses, worth)
-    return decided(stack([thinned_view(v, POINTS_JOINT) for v in views]), state, best_partners(edges, worth, n))
+    all_pairs = PairMotions(
+        edges + told.edges, np.concatenate([poses, told.poses]), np.append(worth, COUNTS * told.worth)
+    )
+    state = fit_to_pairs(State(axis, angles, np.zeros((n, 2))), all_pairs)
+    partners = best_partners(all_pairs.edges, all_pairs.worth, n)
+    return decided(stack([thinned_view(v, POINTS_JOINT) for v in views]), state, partners, told)
 
 
 def found_again(views: Sequence[ObjectView], start: State) -> Alone:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.errors import TrackingError
-from fusion.turntable.all_views.joint import FIXED, Free, Joint, State, angle_stds, fit_jointly
+from fusion.turntable.all_views.joint import FIXED, NOTHING, Free, Joint, PairMotions, State, angle_stds, fit_jointly
 from fusion.turntable.pairs.edges import Edges, ViewStack
 from fusion.turntable.pairs.pairwise import ViewPairLimits
 
@@ -34,6 +34,7 @@ class Alone:
         lens: the fit with focal length and shifts free where a hand turned the object about no fixed axis, or where
             print holds what shape lets slip; None where shape and one axis do.
         wanders: a hand moved the object; explained: what speaks for that, see the function.
+        told: what else than the object says where it is.
     """
 
     state: State
@@ -41,6 +42,7 @@ class Alone:
     lens: Joint | None
     wanders: bool = False
     explained: float = 0.0
+    told: PairMotions = NOTHING
 
 
 def best_partners(edges: Edges, worth: Array, n: int) -> Edges:
@@ -56,26 +58,26 @@ def best_partners(edges: Edges, worth: Array, n: int) -> Edges:
     return sorted(kept)
 
 
-def decided(seen: ViewStack, state: State, edges: Edges) -> Alone:
-    """The joint fit, of one axis where that does."""
-    wide = fit_jointly(seen, state, edges, JOINT, Free(1.0))
+def decided(seen: ViewStack, state: State, edges: Edges, told: PairMotions = NOTHING) -> Alone:
+    """The joint fit, of one axis where that does; `told` is known of pairs beside what they show of the object."""
+    wide = fit_jointly(seen, state, edges, JOINT, Free(1.0), told=told)
     misfit = float(np.median(wide.at.misfit))
     if misfit > HOPELESS:
         raise nothing_turns(misfit)
     shifts = wide.state.shifts - wide.state.shifts.mean(axis=0)
     start = replace(wide.state, shifts=0 * shifts)
-    narrow = fit_jointly(seen, start, edges, COARSE, Free(FIXED, focal=True))
+    narrow = fit_jointly(seen, start, edges, COARSE, Free(FIXED, focal=True), told=told)
     moved = explained(narrow, wide)
     wanders = moved >= WANDERS
-    if not wanders and not held_by_print(seen, narrow, edges):
+    if not wanders and not held_by_print(seen, narrow, edges, told):
         return Alone(narrow.state, narrow, None, explained=moved)
     # a hand does not move the object so that a wrong focal length keeps it in shape; an axis held still, though it
     # drifts by 0.8 mm (rms), pulls the focal length by 2.2 %
-    lens = fit_jointly(seen, wide.state, edges, (JOINT[0], *JOINT), Free(1.0, focal=True))
+    lens = fit_jointly(seen, wide.state, edges, (JOINT[0], *JOINT), Free(1.0, focal=True), told=told)
     if wanders:
-        return Alone(wide.state, wide, lens, True, moved)
-    stated = fit_jointly(seen, replace(narrow.state, focal=0.0), edges, JOINT, Free(FIXED))
-    return Alone(stated.state, stated, lens, explained=moved)
+        return Alone(wide.state, wide, lens, True, moved, told)
+    stated = fit_jointly(seen, replace(narrow.state, focal=0.0), edges, JOINT, Free(FIXED), told=told)
+    return Alone(stated.state, stated, lens, explained=moved, told=told)
 
 
 def explained(narrow: Joint, wide: Joint) -> float:
@@ -91,13 +93,13 @@ def explained(narrow: Joint, wide: Joint) -> float:
     return float((before - after) / (2 * n) / max(1.0, after / left if left > 0 else 1.0))
 
 
-def held_by_print(seen: ViewStack, found: Joint, edges: Edges) -> bool:
-    """Whether it is mostly print that tells the angles: without it they would be known clearly worse."""
+def held_by_print(seen: ViewStack, found: Joint, edges: Edges, told: PairMotions = NOTHING) -> bool:
+    """Whether it is mostly print, on the object or below it, that tells the angles: without it they would be known
+    clearly worse."""
     if not len(seen.tones):
         return False
-    both, shape = (
-        angle_stds(seen, found.state, edges, replace(JOINT[-1], tone=tone)) for tone in (JOINT[-1].tone, 0.0)
-    )
+    both = angle_stds(seen, found.state, edges, JOINT[-1], told)
+    shape = angle_stds(seen, found.state, edges, replace(JOINT[-1], tone=0.0))
     return bool(np.median(shape[1:]) > SLIPS * np.median(both[1:]))
 
 

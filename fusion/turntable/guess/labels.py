@@ -20,6 +20,11 @@ class Said:
     turns: Array  # (m,) of j against i [rad]
     worth: Array  # (m,) how much it counts, 0 or more
 
+    def beside(self, other: "Said") -> "Said":
+        """What both say."""
+        pairs = np.concatenate([self.pairs, other.pairs])
+        return Said(pairs, np.append(self.turns, other.turns), np.append(self.worth, other.worth))
+
 
 def consistent(n: int, said: Said) -> Array:
     """Turns (n,) [rad] of the views on the circle, 0 at the first, with which most of what was said agrees.

@@ -1,6 +1,6 @@
 """Two views at a time: how well a motion about and across the axis brings them together, by shape and by print."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import cv2
 import numpy as np
@@ -44,6 +44,14 @@ class Twists:
     # scale, tone: (m,) observed over declared spread of depth, and mean difference of the contrasts
     scale: Array
     tone: Array
+
+    def beside(self, other: "Twists") -> "Twists":
+        """These edges and others."""
+        return Twists(*(np.concatenate([getattr(self, f.name), getattr(other, f.name)]) for f in fields(self)))
+
+    def first(self, m: int) -> "Twists":
+        """The first m edges."""
+        return Twists(*(getattr(self, f.name)[:m] for f in fields(self)))
 
 
 def twists(

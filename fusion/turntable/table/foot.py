@@ -29,7 +29,7 @@ def plate_among(views: Sequence[ObjectView]) -> tuple[Array, Array] | None:
     if not each:
         return None
     points = np.concatenate(each)
-    found, flat = _foot(points, points), _flat(points)
+    found, flat = foot_of(points, points), _flat(points)
     if found is None:
         return None
     a, normal = found
@@ -46,12 +46,12 @@ def foot_normal(behind: Array, points: Array) -> Array | None:
         behind: (m, 3) what was seen behind the object, camera frame [m].
         points: (n, 3) of the object in all views.
     """
-    found = _foot(behind, points)
+    found = foot_of(behind, points)
     return None if found is None else found[1]
 
 
-def _foot(behind: Array, points: Array) -> tuple[Array, Array] | None:
-    """A point (3,) and the unit normal (3,) of it."""
+def foot_of(behind: Array, points: Array) -> tuple[Array, Array] | None:
+    """A point (3,) and the upward unit normal (3,) of the level surface under the object, see `foot_normal`."""
     (low, high), flat = np.percentile(points, [1, 99], axis=0), _flat(points)
     size = high - low
     near = ((behind > low - size) & (behind < high + size)).all(axis=1)

@@ -15,7 +15,7 @@ from fusion.discrepancy.naming.search.candidates import Candidate
 from fusion.discrepancy.naming.search.score import Scored, scored
 from fusion.discrepancy.naming.search.space import Aim, Space
 from fusion.discrepancy.observe.observations import Observations
-from fusion.sensor.where import VARIABLES, Bound
+from fusion.sensor.where import Bound
 
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
@@ -129,17 +129,7 @@ def confined(regional: Candidate, whole: Candidate, space: Space, target: Vector
 
 def region_variables(observations: Observations) -> dict[str, Vector]:
     """Tile means (n,) of what regions are cut along, in the units of verdicts."""
-    out: dict[str, Vector] = {}
-    for name in ALONG:
-        parts = []
-        for patch in observations.patches:
-            value = VARIABLES[name](patch.depth, patch.view)
-            if value is None or not np.any(np.isfinite(value)):
-                break
-            parts.append(patch.tiles.mean(np.asarray(value, float)))
-        else:
-            out[name] = np.concatenate(parts)
-    return out
+    return {name: observations.variables[name] for name in ALONG if name in observations.variables}
 
 
 def _edges(name: str, values: Vector, side: int) -> Vector:

@@ -1,4 +1,4 @@
-"""Depth images in a folder and nothing beside them: of 16 bit (PNG, PGM, TIFF), NPY, or TIFF of metres."""
+"""Depth images in a folder, of 16 bit (PNG, PGM, TIFF), NPY, or TIFF of metres, and colour images named like them."""
 
 import re
 from collections import Counter
@@ -16,7 +16,9 @@ from fusion.files.npy import npy_header, read_npy
 from fusion.files.reading import beginning
 from fusion.geometry.camera import Camera
 from fusion.recording.cameras.presets import say_camera
+from fusion.recording.formats.open3d_folder import matching
 from fusion.recording.formats.recorded.parts import no_stamps
+from fusion.recording.formats.tum import with_color_placed
 from fusion.recording.images.frame_files import INVALID_COUNT, FrameFiles
 from fusion.recording.images.header import read_header
 from fusion.recording.images.load_frame import load_frame
@@ -26,6 +28,7 @@ from fusion.recording.streamed import REAL_SCALE, ImageSource
 
 PLACES = ("", "depth", "depths")
 ENDINGS = (".png", ".npy", ".pgm", ".tif", ".tiff")
+COLOR_ENDINGS = (".png", ".jpg", ".jpeg", ".ppm")
 STAMP = re.compile(r"\d{9,11}\.\d+")  # seconds since 1970, as recorders name their images
 FARTHEST = 50.0  # [m] in the middle of an image: no depth camera sees as far, and millimetres begin there
 
@@ -62,16 +65,17 @@ def read(folder: Path, camera: Camera | None) -> Recording:
         source = ImageSource(folder, camera, stamps, depth=partial(metres, folder, names, camera.shape))
         return source.recording("plain", None, [*warnings, *_too_far(source)])
     unit = f"the images do not say their unit: a count is taken for {1000 / camera.depth_scale:g} mm"
-    files = (
-        FrameFiles(folder, names, read_depth=read_npy_counts) if first.suffix == ".npy" else FrameFiles(folder, names)
-    )
+    color, told = matching(names, _color_names(folder, names))
+    files, more = with_color_placed(FrameFiles(folder, names, color), camera)
+    if first.suffix == ".npy":
+        files = replace(files, read_depth=read_npy_counts)
     return Recording(
         path=folder,
         format="plain",
         camera=camera,
         timestamps=stamps,
         load=partial(load_frame, files, camera, stamps),
-        warnings=(*warnings, unit),
+        warnings=(*warnings, unit, *told, *more),
         files=files,
     )
 
@@ -111,6 +115,19 @@ def _depth_names(folder: Path, place: str) -> list[str]:
     return []
 
 
+def _color_names(folder: Path, depth: list[str]) -> list[str]:
+    """The colour images beside depth images, of the kind of name that there are as many of; none where several are."""
+    here = (folder / depth[0]).parent
+    names = sorted((p.name for p in here.iterdir() if p.suffix.lower() in COLOR_ENDINGS), key=natural)
+    names = [name for name in names if "depth" not in name.lower()]  # what is named so shows depth in colours
+    kinds = {kind: [name for name in names if _kind(name) == kind] for kind in map(_kind, names)}
+    found = [alike for alike in kinds.values() if len(alike) == len(depth) and _is_color(here / alike[0])]
+    place = Path(depth[0]).parent
+    return (
+        all_inside(folder, [(place / name).as_posix() for name in found[0]], RecordingError) if len(found) == 1 else []
+    )
+
+
 def natural(name: str) -> list[tuple[int, str]]:
     """A key by which 9 comes before 10."""
     parts = re.split(r"([0-9]+)", name)  # digits at every second place
@@ -135,6 +152,14 @@ def _is_depth(path: Path) -> bool:
     except ValueError:
         return False
     return header.channels == 1 and header.depth > 1
+
+
+def _is_color(path: Path) -> bool:
+    try:
+        header = read_header(beginning(path, HEAD))
+    except ValueError:
+        return False
+    return header.channels >= 3 and header.depth == 1
 
 
 def _is_real(path: Path) -> bool:
