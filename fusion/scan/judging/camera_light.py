@@ -48,14 +48,14 @@ def camera_light(scan: "Scan") -> Light:
     return Light("ok", "Camera", f"The focal length keeps the turning object in shape ({focal.said()}).")
 
 
-def size_light(scan: "Scan") -> Light | None:
-    """By what the calibration leaves open; None where no calibration of the depth says that."""
+def size_light(scan: "Scan") -> list[Light]:
+    """By what the calibration leaves open; nothing where no calibration of the depth says that."""
     if scan.sure is None or scan.motion.size_std is None:
-        return None
+        return []
     std = scan.sure.common.scale
     judged = level(std, SIZE)
     said = f"The size is known to {100 * std:.2f} % (one standard deviation), as camera and depth are calibrated."
     if judged == "ok":
-        return Light("ok", "Size", said)
+        return [Light("ok", "Size", said)]
     said += " Depth that is a little off over the object's range or over the image moves its axis, all round."
-    return Light("warning", "Size", said, WALLS)
+    return [Light("warning", "Size", said, WALLS)]

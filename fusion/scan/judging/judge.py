@@ -34,6 +34,7 @@ def judge(scan: "Scan") -> Judgement:
     """All lights of a scan, the worst first."""
     lights = [
         camera_light(scan),
+        *size_light(scan),
         _depth(scan),
         *table_lights(scan),
         frames_light(len(scan.motion.angles), scan.motion.rejected),
@@ -42,8 +43,7 @@ def judge(scan: "Scan") -> Judgement:
         *_poses(scan),
         _coverage(scan),
     ]
-    size = size_light(scan)
-    lights += [_surface(scan), *_thin(scan), *([] if size is None else [size]), *scan.evidence.notes]
+    lights += [_surface(scan), *_thin(scan), *scan.evidence.notes]
     return Judgement(worst_first(lights), scan.evidence.footnotes)
 
 

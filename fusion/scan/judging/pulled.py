@@ -14,9 +14,9 @@ from fusion.certainty.looks import look
 from fusion.geometry import pose
 from fusion.mesh.mesh import Mesh
 from fusion.turntable.all_views.joint import WORST, Free, State, fit_jointly
+from fusion.turntable.all_views.loop import choose_edges
 from fusion.turntable.all_views.together import WIDEST
 from fusion.turntable.axis import about_axis
-from fusion.turntable.guess.alone import overlapping
 from fusion.turntable.guess.decided import JOINT, POINTS_JOINT
 from fusion.turntable.motion import Motion
 from fusion.turntable.pairs.edges import CLEAR, FEWEST, above, stack
@@ -50,9 +50,10 @@ def pulled(
     """
     shown = [(k, f) for k, f in enumerate(frames) if f is not None and np.isfinite(poses[k]).all()]
     placed = [k for k, _ in shown]
-    edges = overlapping(motion.angles[placed], WIDEST)
-    if not edges:
+    pairs = choose_edges(motion.angles[placed], WIDEST)
+    if not pairs:
         return None
+    edges = [*pairs, *((j, i) for i, j in pairs)]  # what one sees and the other looks through tells too
     views = _above_plate([view(f.surface, usable(f.surface, region), f.color) for _, f in shown], motion)
     shifts = np.zeros((len(placed), 2)) if motion.shifts is None else motion.shifts[placed]
     state = State(motion.axis, motion.angles[placed], shifts)

@@ -19,7 +19,7 @@ from fusion.turntable.guess.decided import POINTS_JOINT, Alone, best_partners, d
 from fusion.turntable.guess.everywhere import listen
 from fusion.turntable.guess.labels import consistent, unwound
 from fusion.turntable.guess.upright import upright_axis
-from fusion.turntable.pairs.edges import CLEAR, FEWEST, Edges, above, stack, thinned_view
+from fusion.turntable.pairs.edges import CLEAR, FEWEST, above, stack, thinned_view
 from fusion.turntable.table.foot import plate_among
 from fusion.turntable.views import ObjectView, Region
 
@@ -76,16 +76,11 @@ def found_again(views: Sequence[ObjectView], start: State) -> Alone:
     Raises:
         TrackingError: the views do not fit turns about one axis.
     """
-    edges = overlapping(start.angles, NEIGHBOURS)
-    return decided(stack([thinned_view(v, POINTS_JOINT) for v in views]), start, edges)
-
-
-def overlapping(angles: Array, widest: float) -> Edges:
-    """Views at angles (n,) [rad] with partners up to `widest` [rad] away, both ways, and those that follow each other.
-
-    Partners of all distances: the nearest alone, as those of a hand at rest, would say nothing of the rest.
-    """
-    i, j = np.triu_indices(len(angles), 1)
-    near = (np.abs((angles[j] - angles[i] + np.pi) % (2 * np.pi) - np.pi) < widest) | (j == i + 1)
+    n = len(views)
+    i, j = np.triu_indices(n, 1)
+    apart = np.abs((start.angles[j] - start.angles[i] + np.pi) % (2 * np.pi) - np.pi)
+    near = (apart < NEIGHBOURS) | (j == i + 1)
     edges = list(zip(i[near].tolist(), j[near].tolist(), strict=True))
-    return best_partners(edges, np.random.default_rng(0).uniform(size=len(edges)), len(angles))
+    # partners of all distances: the nearest alone, as those of a hand at rest, would say nothing of the rest
+    worth = np.random.default_rng(0).uniform(size=len(edges))
+    return decided(stack([thinned_view(v, POINTS_JOINT) for v in views]), start, best_partners(edges, worth, n))
