@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.certainty.looks import look
+from fusion.certainty.looks import PlacedFrame, look
 from fusion.geometry import pose
 from fusion.mesh.mesh import Mesh
 from fusion.turntable.all_views.joint import WORST, Free, State, fit_jointly
@@ -64,7 +64,7 @@ def pulled(
     steps = about_axis(motion.axis, asked.state.angles, moved) @ pose.inverse(before)
     tells = asked.at.visible > 2 * FEWEST
     unfit = float(np.mean(asked.at.misfit[tells] > WORST)) if tells.any() else 0.0
-    return Pulled(_bent(mesh, [(f, poses[k]) for k, f in shown], steps, near), unfit)
+    return Pulled(_bent(mesh, [PlacedFrame(f, poses[k]) for k, f in shown], steps, near), unfit)
 
 
 def _above_plate(views: list[ObjectView], motion: Motion) -> list[ObjectView]:
@@ -74,7 +74,7 @@ def _above_plate(views: list[ObjectView], motion: Motion) -> list[ObjectView]:
     return [above(v, motion.axis, -np.inf, POINTS_JOINT) for v in views] if few else clear
 
 
-def _bent(mesh: Mesh, shown: list[tuple[Prepared, Array]], steps: Array, near: float) -> float:
+def _bent(mesh: Mesh, shown: list[PlacedFrame], steps: Array, near: float) -> float:
     """Root mean square [m] along the normals of what steps (k, 4, 4) of views do to the mesh beside a rigid motion."""
     assert mesh.normals is not None
     some = np.unique(np.linspace(0, len(mesh.vertices) - 1, VERTICES).astype(np.intp))
