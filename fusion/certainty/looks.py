@@ -6,6 +6,7 @@ each, and between pixels what lies between. So the spread of these looks is that
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -21,6 +22,13 @@ FACING = 0.1  # least cosine between normal and line of sight
 NEAREST = 0.05  # [m] of depth; no depth camera measures nearer
 Measured = tuple[NDArray[np.intp], tuple[NDArray[np.intp], NDArray[np.intp]], tuple[Array, Array]]
 STENCIL = np.array([[0, 1, 0], [1, 4, 1], [0, 1, 0]], np.float32) / 8
+
+
+class PlacedFrame(NamedTuple):
+    """A frame and where it was taken from."""
+
+    frame: Prepared
+    pose: Array  # (4, 4) `T_object_camera`
 
 
 @dataclass(frozen=True)
@@ -51,8 +59,8 @@ class Looks:
         return self.weight / np.maximum(self.weight.sum(axis=1, keepdims=True), 1e-30)
 
 
-def look(mesh: Mesh, frames: Iterable[tuple[Prepared, Array]], near: float) -> Looks:
-    """What placed frames, each with its pose `T_object_camera` (4, 4), measured at the vertices of a mesh.
+def look(mesh: Mesh, frames: Iterable[PlacedFrame], near: float) -> Looks:
+    """What placed frames measured at the vertices of a mesh.
 
     Args:
         frames: in any order; asked for one after the other, so they may be read as they are asked for.
@@ -62,12 +70,11 @@ def look(mesh: Mesh, frames: Iterable[tuple[Prepared, Array]], near: float) -> L
     count, columns, poses = len(mesh.vertices), [], []
     pixel, times = np.zeros((2, count))
 
-    def asked(placed: tuple[Prepared, Array]) -> tuple[Prepared, Array, Measured]:
-        frame, T = placed
-        return frame, T, _measured(mesh, frame, T, near)
+    def asked(placed: PlacedFrame) -> tuple[PlacedFrame, Measured]:
+        return placed, _measured(mesh, placed.frame, placed.pose, near)
 
     for answer in ahead(asked, frames):
-        frame, T, (which, at, off) = answer()
+        (frame, T), (which, at, off) = answer()
         column = np.zeros((3, count), np.float32)
         surface = frame.surface
         ray, along = off

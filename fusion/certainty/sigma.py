@@ -43,6 +43,11 @@ class Sure:
     common: Common  # what calibration leaves open; a part of `sigma`
     unseen: float  # share of the vertices that no sampled frame shows
 
+    @property
+    def own(self) -> float:
+        """Root mean square of what poses and calibration have no part in [m]."""
+        return float(np.hypot.reduce([self.parts.get(name) or 0.0 for name in ("noise", "model", "bends")]))
+
     def values(self) -> SigmaFigures:
         """In few numbers."""
         known = self.sigma[np.isfinite(self.sigma)]

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.certainty.looks import look
+from fusion.certainty.looks import PlacedFrame, look
 from fusion.certainty.shared import VERTICES, shared_errors
 from fusion.certainty.sigma import Causes, Sure, put_together
 from fusion.geometry.camera import Camera
@@ -52,13 +52,13 @@ def _placed(poses: Array) -> NDArray[np.intp]:
     return np.flatnonzero(np.isfinite(poses).all(axis=(1, 2)))
 
 
-def _taken(read: Read, poses: Array, most: int) -> Iterator[tuple[Prepared, Array]]:
+def _taken(read: Read, poses: Array, most: int) -> Iterator[PlacedFrame]:
     """Up to so many frames, evenly from those with a place, each with its pose."""
     placed = _placed(poses)
     for i in placed[np.unique(np.linspace(0, len(placed) - 1, most).round().astype(int))] if len(placed) else ():
         frame = read(int(i))
         if frame is not None:
-            yield frame, poses[i]
+            yield PlacedFrame(frame, poses[i])
 
 
 def blur_px(sensor: Sensor, camera: Camera) -> float:

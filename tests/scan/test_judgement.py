@@ -13,6 +13,7 @@ from fusion.commands.scan.turntable import failure, lines
 from fusion.files.json_values import json_text
 from fusion.mesh.mesh import Mesh
 from fusion.results.facts import Gap
+from fusion.scan.judging.pulled import Pulled
 from fusion.turntable.focal import FocalCheck
 from fusion.turntable.jumps import Jump
 from fusion.turntable.selfcheck import NAMES
@@ -105,6 +106,11 @@ PLANTED = {
         ("warning", lambda s: with_evidence(s, agreement=contradicted(0.05))),
         ("bad", lambda s: with_evidence(s, agreement=contradicted(0.15))),
         ("bad", lambda s: with_evidence(s, agreement=contradicted(0.4))),
+    ],
+    "Poses": [
+        ("warning", lambda s: with_evidence(sized(s, None), pulled=Pulled(0.25e-4, 0.0))),
+        ("bad", lambda s: with_evidence(sized(s, None), pulled=Pulled(0.5e-4, 0.0))),
+        ("bad", lambda s: with_evidence(sized(s, None), pulled=Pulled(0.0, 0.3))),
     ],
     "Coverage": [("bad", lambda s: with_motion(s, angles=0.5 * s.motion.angles))],
     "Size": [("warning", lambda s: sized(s, 0.004)), ("warning", lambda s: sized(s, 0.02))],

@@ -42,16 +42,16 @@ def plain(points):
     return np.full(points.shape[:-1], 150.0)
 
 
-def stood(turn):
-    """The camera in the ball's frame."""
+def stood(turn, shift=(0.0, 0.0)):
+    """The camera in the ball's frame; shift: of the ball on the table [m]."""
     T_world_ball = pose.about_axis([0, 0, 0], [0, 0, 1], turn)
-    T_world_ball[2, 3] = 0.06
+    T_world_ball[:3, 3] = *shift, 0.06
     return pose.inverse(T_world_ball) @ T_WORLD_CAMERA
 
 
-def ball(turn, paint, random):
+def ball(turn, paint, random, shift=(0.0, 0.0)):
     """A frame of a ball that turns about its own middle: its shape tells nothing of the turn."""
-    T = stood(turn)
+    T = stood(turn, shift)
     rays = np.concatenate([CAMERA.rays(), np.ones((*CAMERA.shape, 1))], axis=-1) @ T[:3, :3].T
     a, b = (rays**2).sum(axis=-1), rays @ T[:3, 3]
     with np.errstate(invalid="ignore"):
@@ -59,7 +59,9 @@ def ball(turn, paint, random):
     gray = np.nan_to_num(paint(T[:3, 3] + rays * np.nan_to_num(depth)[..., None])) * random.uniform(0.7, 1.2)
     image = (gray[..., None] + random.normal(0, 3, (*depth.shape, 3))).clip(0, 255).astype(np.uint8)
     depth = (depth + random.normal(0, 0.0006, depth.shape)).astype(np.float32)
-    return SimpleNamespace(surface=point_map(depth, CAMERA, 0.0006), depth=depth, color=image)
+    return SimpleNamespace(
+        surface=point_map(depth, CAMERA, 0.0006), depth=depth, color=image, weight=np.ones_like(depth)
+    )
 
 
 @pytest.fixture(scope="module")

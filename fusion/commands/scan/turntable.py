@@ -140,6 +140,7 @@ def fill(folder: Path, recording: "Recording", scan: "Scan", comparison: Any = N
         "frames": len(recording),
         "result": scan.facts.values(),
         "agreement": scan.evidence.agreement.values(),
+        "pulled": scan.evidence.pulled,
         "sigma": None if scan.sure is None else scan.sure.values(),
         "judgement": scan.judgement.lights,
         "warnings": scan.judgement.warnings,

@@ -1,8 +1,8 @@
-"""The focal length: what was stated, what the scan says of it, and what was done."""
+"""The focal length: what was stated, what the scan says of it, and what was done; how well the size is known."""
 
 from typing import TYPE_CHECKING
 
-from fusion.results.light import Light
+from fusion.results.light import Light, level
 from fusion.turntable.focal import DOUBT, SURE
 
 if TYPE_CHECKING:
@@ -10,6 +10,12 @@ if TYPE_CHECKING:
 
 VAGUE = 0.02  # relative standard deviation from which a scan says too little of a camera that is only nominal (guess)
 CALIBRATE = "Calibrate the camera (fusion calibrate intrinsics)"
+# standard deviations from which twice as much is more than half a percent, and more than two percent
+SIZE = (0.0025, 0.01)
+WALLS = (
+    "Calibrate the depth again with walls a few centimetres apart about the object's distance and boards there "
+    "(fusion calibrate depth --board), or measure one length of the object and scale by it."
+)
 
 
 def camera_light(scan: "Scan") -> Light:
@@ -40,3 +46,16 @@ def camera_light(scan: "Scan") -> Light:
         said = f"The focal length is only nominal, and the scan tells it to {focal.std:.0%} only"
         return Light("warning", "Camera", f"{said}: so well is the size known.", f"{CALIBRATE}.")
     return Light("ok", "Camera", f"The focal length keeps the turning object in shape ({focal.said()}).")
+
+
+def size_light(scan: "Scan") -> list[Light]:
+    """By what the calibration leaves open; nothing where no calibration of the depth says that."""
+    if scan.sure is None or scan.motion.size_std is None:
+        return []
+    std = scan.sure.common.scale
+    judged = level(std, SIZE)
+    said = f"The size is known to {100 * std:.2f} % (one standard deviation), as camera and depth are calibrated."
+    if judged == "ok":
+        return [Light("ok", "Size", said)]
+    said += " Depth that is a little off over the object's range or over the image moves its axis, all round."
+    return [Light("warning", "Size", said, WALLS)]

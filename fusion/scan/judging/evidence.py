@@ -6,6 +6,7 @@ from fusion.geometry.camera import Camera
 from fusion.results.light import Light
 from fusion.scan.judging.agreement import Agreement
 from fusion.scan.judging.print_agreement import PrintAgreement
+from fusion.scan.judging.pulled import Pulled
 from fusion.turntable.focal import FocalCheck
 from fusion.turntable.jumps import Jump
 
@@ -23,6 +24,7 @@ class Evidence:
     agreement: Agreement  # of single frames with the model
     # of what is printed on the object, from view to view; None where no colours helped to find the motion
     print: PrintAgreement | None = None
+    pulled: Pulled | None = None  # by how much the poses bend the surface; None where no views overlap
     hidden: float = 0.0  # so far above the plate the object cannot be told from it [m]
     # share of the surface behind which another lies within the truncation: each disturbs the other
     thin_share: float = 0.0

@@ -7,8 +7,7 @@ import numpy as np
 from fusion.geometry import pose
 from fusion.results.judgement import Judgement
 from fusion.results.light import LEVELS, Light, frames_light, level, worst_first
-from fusion.scan.judging.camera_light import camera_light
-from fusion.scan.judging.size_light import size_light
+from fusion.scan.judging.camera_light import camera_light, size_light
 from fusion.scan.judging.table_lights import table_lights
 
 if TYPE_CHECKING:
@@ -24,6 +23,10 @@ DROPPED_SHARE = (0.05, 0.25)
 AGAINST = (0.02, 0.08)
 STILL = 30.0  # [deg] views that all lie within this and contradict each other are of nothing that turns: guess
 THIN_SHARE = 0.03  # of 13 scans without thin parts up to 0.015 had such, with them 0.07 (tools/sets/spoiled)
+# of what noise leaves of the surface, what the poses bend it by: up to 0.15 where scans were good, 0.43 and more where
+# they were not (tools/sets/hard_scans, seeds 404 and 405)
+PULLED = (0.2, 0.3)
+UNFIT = (0.05, 0.2)  # share of pairs of views that do not fit: 0 of the same good scans, 0.5 of a box turned over
 WRONG = 0.2  # share of contradicting pixels from which the surface is not that of the object
 
 
@@ -31,15 +34,16 @@ def judge(scan: "Scan") -> Judgement:
     """All lights of a scan, the worst first."""
     lights = [
         camera_light(scan),
+        *size_light(scan),
         _depth(scan),
         *table_lights(scan),
         frames_light(len(scan.motion.angles), scan.motion.rejected),
         _fit(scan),
         _agreement(scan),
+        *_poses(scan),
         _coverage(scan),
     ]
-    size = size_light(scan)
-    lights += [_surface(scan), *_thin(scan), *([] if size is None else [size]), *scan.evidence.notes]
+    lights += [_surface(scan), *_thin(scan), *scan.evidence.notes]
     return Judgement(worst_first(lights), scan.evidence.footnotes)
 
 
@@ -72,6 +76,22 @@ def _agreement(scan: "Scan") -> Light:
         do = f"Nothing turns: all views lie within {span:.0f} deg. fusion reconstruct follows a camera that moves, and "
         do += "with --box a thing that a hand moves."
     return Light(judged, "Agreement", f"{said}.", do, fails=not found.against < WRONG)
+
+
+def _poses(scan: "Scan") -> list[Light]:
+    """What pairs of views say of the poses; silent where there are none."""
+    found, sure = scan.evidence.pulled, scan.sure
+    if found is None or sure is None:
+        return []
+    judged = max(level(found.surface / max(sure.own, 1e-9), PULLED), level(found.unfit, UNFIT), key=LEVELS.index)
+    if judged == "ok":
+        return [Light("ok", "Poses", "Pairs of views lie on each other where the motion puts them.")]
+    said = f"By pairs of views the poses bend the surface by {found.surface * 1e3:.2f} mm (rms), where noise leaves "
+    said += f"{sure.own * 1e3:.2f} mm"
+    if found.unfit > UNFIT[0]:
+        said += f"; {found.unfit:.0%} of the pairs that should show the same surface do not fit each other"
+    do = "Fix the object to the plate, and record in smaller steps, or give --step."
+    return [Light(judged, "Poses", f"{said}.", do)]
 
 
 def _depth(scan: "Scan") -> Light:

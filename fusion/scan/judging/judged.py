@@ -10,6 +10,7 @@ from fusion.scan.judging.evidence import Evidence
 from fusion.scan.judging.missed import closing_gaps, confirmed
 from fusion.scan.judging.notes import notes_of
 from fusion.scan.judging.print_agreement import print_agreement
+from fusion.scan.judging.pulled import pulled
 from fusion.scan.making import MadeObject
 from fusion.scan.result import Scan
 from fusion.turntable.jumps import find_jump
@@ -25,6 +26,7 @@ def judged(made: MadeObject) -> Scan:
         agreed = agreement(made.volume, frames, course.poses, motion)
         cut = region.cut(region.window(camera))
         prints = print_agreement(frames, cut, course.poses, motion.angles)
+        asked = pulled(made.cleaned.mesh, frames, course.poses, motion, cut, placed.volume.truncation)
     jump = find_jump(free.course.poses, course.poses, made.cleaned.mesh.vertices.mean(axis=0))
     gaps = closing_gaps(frames, region, (course, free.course), motion.angles)
     jump = confirmed(jump, frames, region, course)
@@ -56,6 +58,7 @@ def judged(made: MadeObject) -> Scan:
             thin_share=thin_share(made.colored.mesh, made.volume.settings.truncation),
             agreement=agreed,
             print=prints,
+            pulled=asked,
             notes=(
                 *opened.doubts,
                 *notes_of(seen.recording, opened.correction, motion, free.course),
