@@ -5,7 +5,6 @@ from numpy.typing import NDArray
 
 from fusion.discrepancy.inference import covariance
 from fusion.discrepancy.inference.own_pattern import unknown_patterns
-from fusion.discrepancy.inference.unrounded import Unrounded
 from fusion.discrepancy.observe.observations import Observations, Patch
 from fusion.sensor.effect import Effect
 from fusion.sensor.view import Image
@@ -73,16 +72,18 @@ def _speckled(patch: Patch, speckle: Effect) -> Matrix:
         total = np.zeros((len(tiles), len(tiles)))
         for k in range(1, MANY + 1) if turned else ():
             phase = (2 * np.pi * k * turned) ** 2
-            size = np.sqrt(tiles.mean(_height(patch, unrounded, k) ** 2) * -np.expm1(-0.5 * phase))
+            # about the mean that is predicted, which is that of all speckle
+            size = np.sqrt(tiles.mean(_height(patch, unrounded.spread, k) ** 2) * -0.5 * np.expm1(-phase))
             window = speckle.window(patch.view) * 2 * (1 / phase - 1 / np.expm1(phase))
             total += np.outer(size, size) * covariance.grain(tiles.cell, tiles.cell, tiles.side, window)
     return total
 
 
-def _height(patch: Patch, unrounded: Unrounded, k: int) -> Image:
-    """(h, w) |p| of a harmonic in native units."""
-    faded = np.exp(-2 * (np.pi * k * unrounded.spread) ** 2) / (np.pi * k)
-    return np.asarray(unrounded.step * np.abs(patch.native) * faded)
+def _height(patch: Patch, spread: Image, k: int) -> Image:
+    """(h, w) |p| of a harmonic in native units, where values differ by `spread` (h, w) steps before the rounding."""
+    assert patch.unrounded is not None
+    faded = np.exp(-2 * (np.pi * k * spread) ** 2) / (np.pi * k)
+    return np.asarray(patch.unrounded.step * np.abs(patch.native) * faded)
 
 
 def _phasors(patch: Patch) -> tuple[Vector, Phasors, Vector]:
@@ -98,7 +99,7 @@ def _phasors(patch: Patch) -> tuple[Vector, Phasors, Vector]:
         turns = unrounded.mean / unrounded.step
         slope = np.hypot(*np.gradient(turns)) * patch.tiles.side  # steps over a square
         for k in range(1, HARMONICS + 1):
-            height = _height(patch, unrounded, k)
+            height = _height(patch, unrounded.smoothed, k)
             p = height * np.exp(2j * np.pi * k * turns)
             waves.append(patch.tiles.mean(p.real) + 1j * patch.tiles.mean(p.imag))
             part = np.minimum(1.0 / (2 * np.pi * k * slope), 0.5)

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
 from fusion.sensor.effect import Effect
+from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import Image, View
 
 STEP = 12**0.5  # over the spread of what rounding to it loses
@@ -23,28 +24,40 @@ class Unrounded:
     mean: Image  # of repeated frames without it [m]
     step: Image  # at this depth [m]: constant, or growing with its square
     spread: Image  # of the noise before it, in steps: as the model or the frames say, what is calmer
+    speckle: Image | float  # the same of what is frozen while a scene stands still: another in every pixel
 
     @classmethod
-    def of(cls, rounding: Effect, mean: Image, sigma: Image, std: Image, view: View) -> "Unrounded":
-        """From the prediction of the model without its rounding and the measured spread `std` (h, w) [m]."""
+    def of(cls, sensor: Sensor, rounding: Effect, mean: Image, sigma: Image, std: Image, view: View) -> "Unrounded":
+        """From the prediction of a sensor without its rounding and the measured spread `std` (h, w) [m]."""
         with np.errstate(all="ignore"):
             step = np.asarray(STEP * rounding.noise(mean, view))
             turned = (std / step) ** 2
             known = np.isfinite(turned)
             whole, share = (uniform_filter(image, SQUARE_PX) for image in (np.where(known, turned, 0.0), known * 1.0))
             spread = np.fmin(sigma / step, _before(np.where(known, whole / np.maximum(share, 1e-3), np.nan)))
-        return cls(rounding, mean, step, spread)
+            frozen = [effect.noise(mean, view) ** 2 for effect in sensor.effects if effect.frozen == "scene"]
+        return cls(rounding, mean, step, spread, np.sqrt(sum(frozen, np.zeros(()))) / step)
 
     def shows(self, inside: NDArray[np.bool_]) -> bool:
         """True where the noise at some pixels (h, w) is small enough not to hide the steps."""
-        return bool(inside.any() and np.nanmedian(self.spread[inside]) < HIDDEN)
+        return bool(inside.any() and np.nanmedian(self.smoothed[inside]) < HIDDEN)
+
+    @property
+    def smoothed(self) -> Image:
+        """(h, w) spread, in steps, of all by which the pixels of a square differ."""
+        return np.hypot(self.spread, self.speckle)
+
+    def rounded(self, view: View) -> Image:
+        """(h, w) mean of repeated frames and of speckle behind the rounding [m]."""
+        with np.errstate(all="ignore"):
+            return self.rounding.repeated(self.mean, self.smoothed * self.step, view)[0]
 
     def passed(self, view: View) -> Image:
         """(h, w) share of a small change before the rounding that is seen behind it: 0 amid a step, 1 where noise or
         a slope goes over many."""
         with np.errstate(all="ignore"):
             ends = [self.mean + side * MOVED * self.step for side in (-1.0, 1.0)]
-            low, high = (self.rounding.repeated(end, self.spread * self.step, view)[0] for end in ends)
+            low, high = (self.rounding.repeated(end, self.smoothed * self.step, view)[0] for end in ends)
             return np.nan_to_num((high - low) / (2 * MOVED * self.step), nan=1.0)
 
 

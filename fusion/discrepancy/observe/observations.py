@@ -73,13 +73,8 @@ class Patch:
     @cached_property
     def unrounded(self) -> Unrounded | None:
         """What is rounded; None by a model without steps, or where noise hides them."""
-        rounding = next((effect for effect in self.sensor.effects if effect.lattice), None)
-        if rounding is None:
-            return None
-        others = tuple(effect for effect in self.sensor.effects if effect is not rounding)
-        mean, sigma = predicted(replace(self.sensor, effects=others), self.block)
-        found = Unrounded.of(rounding, mean, sigma, self.block.std, self.view)
-        return found if found.shows(self.tiles.label >= 0) else None
+        found = _unrounded(self.sensor, self.block)[2]
+        return found if found is not None and found.shows(self.tiles.label >= 0) else None
 
     @cached_property
     def _passed(self) -> Image | float:
@@ -206,12 +201,32 @@ def _patch(sensor: Sensor, block: FrameBlock, larger: int) -> Patch:
 
 
 def predicted(sensor: Sensor, block: FrameBlock) -> tuple[Image, Image]:
-    """Mean and standard deviation (h, w) [m] of repeated frames of a block."""
-    assert block.view.depth is not None
-    mean, sigma = sensor.repeated(block.view.depth, block.view)
+    """Mean and standard deviation (h, w) [m] of repeated frames of a block.
+
+    How steps of rounding show in the mean is told by the noise that the frames have, whatever the model says of it.
+    """
+    mean, sigma, found = _unrounded(sensor, block)
+    if found is not None:
+        view = sensor.seen(block.view)
+        with np.errstate(all="ignore"):
+            whole, sigma = found.rounding.repeated(mean, sigma, view)
+        mean = found.rounded(view) if found.shows(np.isfinite(mean)) else whole
     if block.given is None:
         return mean, sigma
     return mean + block.given.offset, sigma if block.given.spread is None else np.hypot(sigma, block.given.spread)
+
+
+def _unrounded(sensor: Sensor, block: FrameBlock) -> tuple[Image, Image, Unrounded | None]:
+    """Mean and standard deviation (h, w) [m] in front of the rounding, which is the last that happens to a depth, and
+    what is rounded; None by a model without steps."""
+    depth = block.view.depth
+    assert depth is not None
+    rounding = next((effect for effect in sensor.effects if effect.lattice), None)
+    others = tuple(effect for effect in sensor.effects if effect is not rounding)
+    mean, sigma = replace(sensor, effects=others).repeated(depth, block.view)
+    if rounding is None:
+        return mean, sigma, None
+    return mean, sigma, Unrounded.of(sensor, rounding, mean, sigma, block.std, sensor.seen(block.view))
 
 
 def views_of(poses: Sequence[Array]) -> list[int]:
