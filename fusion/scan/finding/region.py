@@ -17,6 +17,7 @@ from fusion.scan.settings import ScanSettings
 from fusion.sensor.sensor import Sensor
 from fusion.turntable.below.ground import ground_below
 from fusion.turntable.below.marks import marked
+from fusion.turntable.below.told import told_below
 from fusion.turntable.table.foot import foot_of
 from fusion.turntable.turning.moving import Moving, find_moving, find_wall
 from fusion.turntable.views import Region
@@ -76,9 +77,14 @@ def find_region(
     foot = _foot(moving, camera, depths) if look_below and len(seen) >= 3 else None
     if foot is None:
         return region
-    ground, few = ground_below(foot, moving.points, camera), [frames[k] for k in seen]
     both = np.stack([depths[k] for k in seen]), np.stack([color for color in colors if color is not None])
-    return replace(region, below=marked(ground, camera, few, *both))
+    below = marked(ground_below(foot, moving.points, camera), camera, [frames[k] for k in seen], *both)
+    # marks that tell nothing would be looked for again with every camera that is tried
+    return (
+        region
+        if told_below(below, [] if below is None else list(below.marks.values())) is None
+        else replace(region, below=below)
+    )
 
 
 def _foot(moving: Moving, camera: Camera, depths: list[NDArray[np.float32]]) -> tuple[Array, Array] | None:

@@ -15,7 +15,6 @@ CLEAR = 0.03  # `contrastThreshold`: a mark differs by a tenth from its surround
 EDGE = 6  # `edgeThreshold`: borders and folds of a sheet are no marks
 FULL = 0.5  # contrast that is as bright as a pixel can be
 LOOKS = 4  # orientations that one mark may have
-SURROUNDINGS = 4.0  # [px] standard deviation
 INSIDE = 9  # [px] square around a mark that has to be seen
 FIRST = 6  # frames that tell whether there are marks at all
 FEWEST = 4  # marks that show a motion
@@ -88,5 +87,4 @@ def marks_of(seen: Image, ground: Ground) -> Marks:
         own = unit[whose.ravel() == k][:LOOKS]
         out[: len(own)] = own
     u, v = np.rint(pixels[kept]).astype(int).T
-    above = cv2.GaussianBlur(flat, (0, 0), 1.0) - cv2.GaussianBlur(flat, (0, 0), SURROUNDINGS)
-    return Marks((pixels[kept] + 0.5) * ground.pitch - ground.half, described, above[v, u] > 0, shown)
+    return Marks((pixels[kept] + 0.5) * ground.pitch - ground.half, described, flat[v, u] > 0, shown)

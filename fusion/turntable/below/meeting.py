@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import binom
+from scipy.special import bdtrc
 
 from fusion.turntable.below.ground import Ground
 from fusion.turntable.below.marks import FEWEST, Marks
@@ -92,5 +92,6 @@ def _closer(first: Marks, second: Marks, ground: Ground, start: Meeting, cell: f
     area = max(float(second.shown.sum()), 1.0)
     chance = 1 - np.exp(-len(second.at) * np.pi * NEAR**2 / area)
     tried = np.log10(TURNS * (2 * ground.half / near) ** 2)
-    decimals = -float(binom.logsf(meet.sum() - 1, max(visible, meet.sum()), chance)) / np.log(10) - tried
+    by_chance = float(bdtrc(meet.sum() - 1, max(visible, meet.sum()), chance))  # that as many meet, or more
+    decimals = -np.log10(max(by_chance, 1e-300)) - tried
     return Meeting(turn, shift, float(np.clip(decimals / SURE, 0, 1)))

@@ -10,7 +10,7 @@ from fusion.turntable.all_views.joint import PairMotions
 from fusion.turntable.axis import Axis
 from fusion.turntable.below.marks import Marked, Marks
 from fusion.turntable.below.meeting import Meeting, meetings
-from fusion.turntable.guess.labels import Said
+from fusion.turntable.guess.labels import BLUR, Said
 from fusion.turntable.pairs.edges import Edges
 
 Array = NDArray[np.float64]
@@ -21,7 +21,6 @@ HALF = 0.5  # of the views: where fewer surely meet another, the ground tells no
 COUNTS = 3.0  # how much a sure meeting counts beside what shape and print of the object say, which is up to 4 (guess)
 # [rad], [m] what a meeting may be off: pixels of a view from above, on a ground that is not quite level (guess)
 ANGLE, SHIFT = np.deg2rad(0.4), 0.001
-AGREES = np.deg2rad(6)  # of a pair and all (guess)
 
 
 @dataclass(frozen=True)
@@ -42,7 +41,7 @@ class ToldBelow:
         best: dict[tuple[int, int], Meeting] = {}
         for (i, j), m in sorted(self.met, key=lambda line: line[1].sure):
             off = (m.turn - turns[j] + turns[i] + np.pi) % (2 * np.pi) - np.pi
-            if abs(off) < AGREES:
+            if abs(off) < 2 * BLUR:
                 best[int(keys[i]), int(keys[j])] = m
         poses = self.upright.turns(np.array([m.turn for m in best.values()]))
         poses[:, :3, 3] += np.array([m.shift for m in best.values()]).reshape(-1, 2) @ self.upright.across()

@@ -35,10 +35,10 @@ def find_alone(views: Sequence[ObjectView], region: Region) -> Alone:
         TrackingError: the views do not fit turns about one axis.
     """
     n = len(views)
-    keys = np.unique(np.linspace(0, n - 1, min(n, KEYS)).round().astype(int))
-    with_marks = np.flatnonzero([v.marks is not None for v in views])
-    keys = keys if len(with_marks) < 3 else np.unique([0, *with_marks, n - 1])
-    plate, below = plate_among(views), told_below(region.below, [views[k].marks for k in keys])
+    marked = np.unique([0, *np.flatnonzero([v.marks is not None for v in views]), n - 1])
+    below = told_below(region.below, [views[k].marks for k in marked])
+    keys = np.unique(np.linspace(0, n - 1, min(n, KEYS)).round().astype(int)) if below is None else marked
+    plate = plate_among(views)
     if plate is not None:  # it turns into itself: what fits it best is no turn at all
         clear = [above(v, Axis(*plate), CLEAR, len(v.points)) for v in views]
         views, plate = (clear, plate) if min(len(v.points) for v in clear) >= FEWEST else (views, None)
