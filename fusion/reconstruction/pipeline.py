@@ -20,7 +20,7 @@ from fusion.reconstruction.walk import Walk, WalkedFrames, fused, fused_again, t
 from fusion.reconstruction.walked_round import StandingView
 from fusion.recording.checks.poses import check_poses
 from fusion.recording.checks.stillness import check_camera_moves
-from fusion.recording.looking.doctor import quick_look, refuse_if_certain
+from fusion.recording.looking.doctor import fit_to_scan, quick_look, refuse_if_certain
 from fusion.recording.recording import Recording
 from fusion.results.choices import LensUsed, ReconstructionChoices
 from fusion.results.color_light import color_lights
@@ -55,7 +55,7 @@ def reconstruct(recording: Recording, settings: ReconstructSettings | None = Non
     settings = settings or ReconstructSettings()
     sensor = settings.sensor or default_sensor(recording.camera)
     with stage("looking"):
-        asked = _ask_doctor(recording, settings)
+        recording, asked = _ask_doctor(recording, settings)
     recording, told = corrected_recording(recording, sensor)
     with stage("planning"):
         chosen = plan(recording, settings, sensor)
@@ -85,15 +85,18 @@ def reconstruct(recording: Recording, settings: ReconstructSettings | None = Non
     return replace(_result(recording, settings, results, made), sure=sure)
 
 
-def _ask_doctor(recording: Recording, settings: ReconstructSettings) -> list[tuple[str, str]]:
+def _ask_doctor(recording: Recording, settings: ReconstructSettings) -> tuple[Recording, list[tuple[str, str]]]:
+    """What of the recording is used, and what looks wrong with it."""
     # with given poses nothing is tracked, but they may be inverted or in millimetres; in a box only what is in it
     checks = [voxel_check(settings.voxel)]
     if settings.poses is not None:
-        recording = replace(recording, poses=settings.poses)
         checks.append(check_poses)
     elif settings.box is None:
         checks.append(check_camera_moves)
-    return refuse_if_certain(quick_look(recording, tuple(checks), settings.max_depth), recording, settings.force)
+    posed = recording if settings.poses is None else replace(recording, poses=settings.poses)
+    findings = quick_look(posed, tuple(checks), settings.max_depth)
+    said = refuse_if_certain(findings, recording, settings.force)
+    return fit_to_scan(recording, findings, settings.force), said
 
 
 def _check_enough(results: list[Tracked], recording: Recording, settings: ReconstructSettings) -> None:

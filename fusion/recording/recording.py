@@ -1,7 +1,7 @@
 """A recording: a camera and frames that are loaded when they are asked for."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -148,6 +148,12 @@ class Recording:
             name = self.files.color_apart[index] if self.files.color_apart else None
             return None if name is None else self.files.read_color(name, (self.camera.color or self.camera).shape)
         return self.streams.color_apart(index) if self.streams and self.streams.color_apart else None
+
+    def without_color(self) -> "Recording":
+        """The same frames as if no colour had been recorded."""
+        files = self.files and replace(self.files, color=(), color_apart=())
+        streams = self.streams and replace(self.streams, color=np.zeros(0, bool), color_apart=None)
+        return replace(self, load=lambda index: replace(self.load(index), color=None), files=files, streams=streams)
 
     def depth_counts(self, index: int) -> NDArray[np.uint16] | None:
         """Counts (h, w) of a frame's depth as they are stored, or None where there are none. Raises RecordingError."""

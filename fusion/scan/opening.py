@@ -34,6 +34,6 @@ def open_scan(recording: Recording, settings: ScanSettings) -> OpenedScan:
     """The recording as it is scanned. RecordingError: its doctor is certain that the scan will be wrong."""
     sensor = settings.sensor or default_sensor(recording.camera)
     with stage("looking"):
-        doubts = ask_doctor(recording, settings)
+        recording, doubts = ask_doctor(recording, settings)
     recording, correction = corrected_recording(recording, sensor)
     return OpenedScan(recording, settings, sensor, correction, doubts)

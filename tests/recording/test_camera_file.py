@@ -9,6 +9,7 @@ import pytest
 import synthetic
 
 from fusion.errors import RecordingError
+from fusion.recording.cameras.presets import find_camera
 from fusion.recording.formats import bop, open3d_folder
 from fusion.recording.native.camera_file import camera_content, camera_of, camera_to_dict, read_camera, write_camera
 
@@ -93,6 +94,29 @@ def test_open3d_matrices_come_flat_or_in_columns(tmp_path):
 
 
 K = [5.0, 0, 3.0, 0, 5.0, 2.0, 0, 0, 1]
+
+
+@pytest.mark.parametrize("sides", [[6, 4], [4, 6]])
+@pytest.mark.parametrize("matrix", [K, [K[:3], K[3:6], K[6:]]])
+def test_a_matrix_with_a_resolution_in_either_order(tmp_path, sides, matrix):
+    (tmp_path / "camera_intrinsic.json").write_text(json.dumps({"K": matrix, "resolution": sides}))
+    camera = open3d_folder._camera(tmp_path)
+    assert (camera.width, camera.height, camera.fx, camera.cx) == (6, 4, 5.0, 3.0)
+    assert find_camera(tmp_path / "camera_intrinsic.json") == camera
+
+
+@pytest.mark.parametrize(
+    ("entries", "said"),
+    [
+        ({"K": K}, '"resolution".*nothing'),
+        ({"K": [1.0] * 9, "resolution": [6, 4]}, '"K" of the camera.*row by row'),
+        ({"K": K, "resolution": [6, -4]}, '"resolution".*-4'),
+    ],
+)
+def test_a_matrix_that_is_no_camera_is_refused_in_one_line(tmp_path, entries, said):
+    (tmp_path / "intrinsic.json").write_text(json.dumps(entries))
+    with pytest.raises(RecordingError, match=said):
+        open3d_folder._camera(tmp_path)
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ from fusion.errors import RecordingError
 from fusion.files.json_file import read_json
 from fusion.files.schema import one_of
 from fusion.geometry.camera import Camera, Principle
-from fusion.recording.cameras.open3d_intrinsic import open3d_camera
+from fusion.recording.cameras.matrix_files import camera_of_others
 from fusion.recording.native.camera_file import camera_content, camera_of
 
 _TABLES = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
@@ -34,7 +34,7 @@ def say_camera(like: str) -> str:
 
 
 def find_camera(camera: Camera | Path | str) -> Camera:
-    """The camera itself, that of a `camera.json` or of Open3D's `intrinsic.json`, or that of a named preset.
+    """The camera itself, that of a `camera.json`, of Open3D's `intrinsic.json`, of a matrix `K`, or of a named preset.
 
     Raises:
         RecordingError: neither a file nor the name of a preset, or a file that cannot be used.
@@ -50,6 +50,6 @@ def find_camera(camera: Camera | Path | str) -> Camera:
         expected = "a camera.json or " + one_of(list(PRESETS), camera)
         raise RecordingError("the camera is not known", "--camera", camera, expected)
     fields = read_json(Path(camera), RecordingError, "the camera file")
-    if isinstance(fields, dict) and "intrinsic_matrix" in fields:
-        return open3d_camera(camera_content(fields, camera))
+    if isinstance(fields, dict) and {"intrinsic_matrix", "K"} & fields.keys():
+        return camera_of_others(camera_content(fields, camera))
     return camera_of(camera_content(fields, camera))

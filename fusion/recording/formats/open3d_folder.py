@@ -14,7 +14,7 @@ from fusion.files.json_file import read_json
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, is_rigid
 from fusion.geometry.trajectory import Trajectory
-from fusion.recording.cameras.open3d_intrinsic import open3d_camera
+from fusion.recording.cameras.matrix_files import camera_of_others
 from fusion.recording.cameras.presets import say_camera
 from fusion.recording.formats.recorded.parts import FRAMES_PER_SECOND, even_or_stated, no_stamps
 from fusion.recording.formats.tum import with_color_placed
@@ -104,7 +104,7 @@ def _camera(folder: Path) -> Camera:
     if path is None:
         do = say_camera("primesense")
         raise RecordingError("the recording has no camera", folder, "no intrinsic.json", "intrinsics", do)
-    return open3d_camera(Content(read_json(path, RecordingError), path, "the camera", RecordingError))
+    return camera_of_others(Content(read_json(path, RecordingError), path, "the camera", RecordingError))
 
 
 def _poses(folder: Path, stamps: Array) -> Trajectory | None:

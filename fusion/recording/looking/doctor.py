@@ -6,6 +6,7 @@ import numpy as np
 
 from fusion.errors import RecordingError
 from fusion.recording.ahead import ahead
+from fusion.recording.checks.color_over_depth import check_color_over_depth, is_elsewhere
 from fusion.recording.checks.depth_values import check_depth_values
 from fusion.recording.checks.intrinsics import check_intrinsics
 from fusion.recording.checks.range_or_z import check_range_or_z
@@ -23,6 +24,7 @@ QUICK: tuple[Check, ...] = (
     check_depth_values,
     check_intrinsics,
     check_range_or_z,
+    check_color_over_depth,
     check_table_log,
 )
 
@@ -48,6 +50,11 @@ def quick_look(recording: Recording, more: tuple[Check, ...] = (), max_depth: fl
         findings += [Finding("files", "warning", seen) for seen in sample.unread[:1]]
     wrong = [finding for finding in findings if finding.severity != "ok"]
     return sorted(wrong, key=lambda finding: -SEVERITIES.index(finding.severity))
+
+
+def fit_to_scan(recording: Recording, findings: list[Finding], force: bool = False) -> Recording:
+    """The recording without colour that lies elsewhere than depth; `force`: as it is."""
+    return recording.without_color() if is_elsewhere(findings) and not force else recording
 
 
 def refuse_if_certain(findings: list[Finding], recording: Recording, force: bool = False) -> list[tuple[str, str]]:

@@ -7,6 +7,7 @@ from typing import Any
 
 from fusion.errors import RecordingError
 from fusion.progress import each
+from fusion.recording.checks.color_over_depth import check_color_over_depth
 from fusion.recording.checks.depth_values import check_depth_values, range_m, shares
 from fusion.recording.checks.files import check_files
 from fusion.recording.checks.intrinsics import check_intrinsics
@@ -33,6 +34,7 @@ CHECKS: tuple[Check, ...] = (
     note_resolution,
     check_neighbours,
     check_range_or_z,
+    check_color_over_depth,
     check_poses,
     check_table_log,
 )

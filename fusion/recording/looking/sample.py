@@ -2,13 +2,14 @@
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from fusion.errors import RecordingError
 from fusion.recording.ahead import ahead
 from fusion.recording.images.frame_files import INVALID_COUNT
-from fusion.recording.recording import Recording
+from fusion.recording.recording import Frame, Recording
 
 # statistics over thirty frames say what those over all would; geometry needs fewer, and memory
 FRAMES, KEPT = 30, 10
@@ -25,6 +26,7 @@ class Sample:
     counts: NDArray[np.int64]
     medians: NDArray[np.float64]  # (n,) median depth [m] of each frame, NaN where a frame has none
     depths: dict[int, NDArray[np.float32]]  # depth images [m] of the kept frames by index, every `stride`-th pixel
+    colors: dict[int, NDArray[np.uint8]]  # colour images (h, w, 3) of those frames, on the grid of `depths`
     stride: int  # [px]
     failures: dict[int, str]  # frame index: why it could not be loaded
 
@@ -46,24 +48,27 @@ def draw(recording: Recording, frames: int = FRAMES, keep: int = KEPT) -> Sample
     camera = recording.camera
     stride = max(1, int(np.ceil(np.sqrt(camera.width * camera.height / KEPT_PIXELS))))
     counts = np.zeros(INVALID_COUNT + 1, np.int64)
-    medians, depths, failures = [], {}, {}
+    medians, depths, colors, failures = [], {}, {}, {}
 
-    def read(index: int) -> tuple[NDArray[np.float32], NDArray[np.uint16] | None]:
-        return recording[index].depth, recording.depth_counts(index)
+    def read(index: int) -> tuple[Frame, NDArray[np.uint16] | None]:
+        return recording[index], recording.depth_counts(index)
 
     for index, seen in zip(indices, ahead(read, indices), strict=True):
         try:
-            depth, stored = seen()
+            frame, stored = seen()
             if stored is not None:
                 counts += np.bincount(stored.reshape(-1), minlength=INVALID_COUNT + 1)
         except RecordingError as error:
             failures[index] = str(error)
             continue
-        valid = depth[np.isfinite(depth)]
+        valid = frame.depth[np.isfinite(frame.depth)]
         medians.append(float(np.median(valid)) if valid.size else np.nan)
         if index in kept:
-            depths[index] = depth[::stride, ::stride].copy()
-    return Sample(recording, counts, np.array(medians), depths, stride, failures)
+            depths[index] = frame.depth[::stride, ::stride].copy()
+            if frame.color is not None:
+                grid = depths[index].shape[::-1]
+                colors[index] = np.asarray(cv2.resize(frame.color, grid, interpolation=cv2.INTER_AREA), np.uint8)
+    return Sample(recording, counts, np.array(medians), depths, colors, stride, failures)
 
 
 def spread(count: int, most: int) -> list[int]:
