@@ -15,6 +15,7 @@ from fusion.calibration.lens.fit.size import size_warnings
 from fusion.calibration.lens.fit.solve import NAMES, solve
 from fusion.calibration.lens.fit.spread import LensSpread, spread
 from fusion.calibration.lens.fit.terms import is_rational
+from fusion.calibration.lens.fit.usual import unusual
 from fusion.calibration.lens.pair import CameraPair, place_color
 from fusion.calibration.lens.uncertainty import ProjectionUncertainty, projection_uncertainty
 from fusion.calibration.lens.views import BoardView, covered
@@ -120,6 +121,8 @@ def calibrate_intrinsics(
             warnings.append(f"the colour camera's place stays unknown: {error}")
     if "ir" in fits:
         warnings += size_warnings(pictures.path, fits["ir"].judged)
+    for fit in fits.values():
+        warnings += unusual(fit.judged.solution, fit.spread.covariance, fit.camera.shape[::-1])
     camera = _joined(pictures, fits, pair, warnings)
     return Intrinsics(camera, board, searches, fits, pair, warnings)
 

@@ -11,6 +11,7 @@ from fusion.calibration.lens.fit.outliers import judge
 from fusion.calibration.lens.fit.pitch import check_pitch, row_pitch
 from fusion.calibration.lens.fit.solve import NAMES, matrix, residual, solve
 from fusion.calibration.lens.fit.spread import jacobian, spread
+from fusion.calibration.lens.fit.usual import unusual
 from fusion.calibration.lens.intrinsics import fit_camera
 from fusion.calibration.lens.pair import place_color
 from fusion.calibration.lens.uncertainty import projection_uncertainty
@@ -214,3 +215,19 @@ def test_corners_are_counted_alike_from_either_end():
 
 def test_names_are_in_the_order_of_opencv():
     assert NAMES == ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
+
+
+def told_unusual(seen):
+    solution = solve(seen, SIZE)
+    return unusual(solution, spread(seen, solution).covariance, SIZE)
+
+
+def test_a_camera_like_no_other_is_told():
+    seen = views(15, 0.1, 1)
+    assert told_unusual(seen) == []
+    stretched = [view_of(v.name, v.pixels * [1, 1.06], BOARD) for v in seen]
+    (said,) = told_unusual(stretched)
+    assert "fx and fy differ by 6.1%" in said and "middle" not in said
+    cut = [view_of(v.name, v.pixels - [0.2 * SIZE[0], 0], BOARD) for v in seen]
+    (said,) = told_unusual(cut)
+    assert "cx is" in said and "differ" not in said
