@@ -63,7 +63,8 @@ def check_color_over_depth(sample: Sample) -> list[Finding]:
         return [Finding("color", "ok", "rims of depth do not tell whether colour lies over it")]
     seen = f"colour does not lie over depth: it fits when it is enlarged by {best.scale:.2f} and moved by "
     seen += f"{best.across * sample.stride}, {best.down * sample.stride} px"
-    return [Finding("color", "warning", seen, "record colour registered (aligned) to depth; scans leave it out")]
+    do = 'record it registered (aligned) to depth, or pass --camera with its own camera ("color"); scans leave it out'
+    return [Finding("color", "warning", seen, do)]
 
 
 def is_elsewhere(findings: Sequence[Finding]) -> bool:
