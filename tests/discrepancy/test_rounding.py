@@ -51,10 +51,20 @@ def test_noise_that_is_large_beside_the_step_hides_it():
 
 def test_products_are_those_of_many_draws():
     rng = np.random.default_rng(1)
-    p, root = rng.normal(size=5) + 1j * rng.normal(size=5), rng.normal(size=(5, 5))
-    e = rng.normal(size=(200_000, 5)) @ root.T
-    off = (p * np.exp(1j * e)).imag - p.imag
-    assert _products(p, root @ root.T) == pytest.approx(off.T @ off / len(e), abs=0.05)  # ten standard errors
+    waves, root = rng.normal(size=(5, 2)) + 1j * rng.normal(size=(5, 2)), rng.normal(size=(5, 5))
+    turns, law = rng.uniform(0.2, 0.6, 5), rng.normal(size=(5, 5))
+    e, more = (rng.normal(size=(200_000, 5)) @ one.T for one in (root, law))
+
+    def behind(x):
+        return x + (waves * np.exp(1j * turns[:, None] * [1, 2] * x[..., None])).imag.sum(axis=-1)
+
+    off = behind(e) - behind(np.zeros(5))
+    whole, nothing = root @ root.T, np.zeros((5, 5))
+    assert _products(waves, turns, whole, nothing) == pytest.approx(off.T @ off / len(e), abs=0.1)  # 10 std
+    off = behind(e + more) - behind(np.zeros(5))
+    slopes = np.mean((off * (e + more)), axis=0) / np.diag(whole + law @ law.T)
+    off = off.T @ off / len(e) - np.outer(slopes, slopes) * (law @ law.T)
+    assert _products(waves, turns, whole, law @ law.T) == pytest.approx(off, abs=0.3)
 
 
 def test_speckle_moves_pixels_to_other_steps():

@@ -14,49 +14,77 @@ Matrix = NDArray[np.float64]
 Phasors = NDArray[np.complex128]
 
 SAME = 16  # power of a correlation of patterns: only squares that see the very same jumps share what these break
-MANY = 12  # of them, where pixels jump: what the others leave out is a hundredth of a step
-HARMONICS = 3  # of what rounding leaves of a mean: the fourth is a quarter of the first, and any noise hides it
+HARMONICS = 12  # of a saw-tooth: what the others leave out is a hundredth of a step
+FAINT = 1e-3  # of a step: harmonics that noise has faded so far are none
+ORDERS = 40  # of a correlation: what tiles share beyond is next to nothing, and counts as each one's own
 
 
-def rounding_covariance(observations: Observations, before: Matrix, patterns: Matrix) -> Matrix:
-    """(n, n) mean products, in native units, of what rounding adds to tiles that are off by what is not known.
+def rounding_covariance(observations: Observations, before: Matrix, patterns: Matrix, law: float = 0.0) -> Matrix:
+    """(n, n) what rounding adds, in native units, to the covariance of errors that happen before it.
 
-    A mean over frames of noise sigma is off by the sum over k of Im p, p = exp(2 pi i k x - 2 (pi k sigma)^2) / (pi k),
-    x in steps. Where x is off by a normal e, p is p exp(2 pi i k e) and no more what was predicted.
+    A mean over frames of noise sigma is x + sum over k of Im p, p = (-1)^k exp(2 pi i k x - 2 (pi k sigma)^2) / (pi k),
+    x in steps. Where x is off by a normal e, amid a step nothing of e is seen, at its edge far more than e.
 
     Args:
-        before: (n, n) covariance of e in native units: poses, patterns, known parameters, laws that nobody knows.
+        before: (n, n) covariance of e in native units: speckle, poses, patterns, known parameters.
         patterns: (n, n) part of it that jumps between pixels.
+        law: by how much a law that nobody knows yet moves what is rounded, in native units. What is linear in it is no
+            error; what is not, tiles of a recording share.
     """
     total = np.zeros_like(before)
-    parts = [_phasors(patch) for patch in observations.patches]
-    steps, heights, broken = (np.concatenate(own) for own in zip(*parts, strict=True))
-    if not np.any(heights):
+    parts = [_waves(patch) for patch in observations.patches]
+    turns, waves, broken = (np.concatenate(own) for own in zip(*parts, strict=True))
+    if not np.any(waves):
         return total
     for rows, patch in observations.rows():
         for effect in patch.sensor.effects:
             if effect.frozen == "scene" and patch.unrounded is not None:
                 total[rows, rows] += _speckled(patch, effect)
-    some = np.flatnonzero(heights[:, 0])
-    place, at = observations.place[some], np.ix_(some, some)
+    place = observations.place
+    together = place[:, None] == place
     if np.any(broken):
-        usual = np.sqrt(np.maximum(np.diag(patterns)[some], 1e-300))
-        same = (patterns[at] / np.outer(usual, usual)) ** SAME * (place[:, None] == place)
-        total[at] += np.sqrt(np.outer(broken[some], broken[some])) * same
-    turns = before[at] / np.outer(steps[some], steps[some])
-    for k in range(1, HARMONICS + 1):
-        total[at] += _products(heights[some, k - 1], (2 * np.pi * k) ** 2 * turns)
-    return total
+        usual = np.sqrt(np.maximum(np.diag(patterns), 1e-300))
+        same = (patterns / np.outer(usual, usual)) ** SAME * together
+        total += np.sqrt(np.outer(broken, broken)) * same
+    return total + _products(waves, turns, before, law**2 * together) - before
 
 
-def _products(p: Phasors, phase: Matrix) -> Matrix:
-    """(m, m) mean products of Im p exp(i e) - Im p for normal e of a covariance (m, m) [rad^2]."""
-    alone = 0.5 * np.diag(phase)
-    both, kept = alone[:, None] + alone, np.exp(-alone)
-    apart, along = np.exp(phase - both), np.exp(-phase - both)
-    mean = np.outer(p.real, p.real) * (apart - along) + np.outer(p.imag, p.imag) * (apart + along)
-    left, stays = p.imag * (1.0 - kept), p.imag * kept
-    return np.asarray(0.5 * mean + np.outer(left, left) - np.outer(stays, stays))
+def _products(waves: Phasors, turns: Vector, before: Matrix, law: Matrix) -> Matrix:
+    """(n, n) mean products of x + e + Im p(x + e) less the same without e, for normal e: Mehler's series.
+
+    Args:
+        waves: (n, k) harmonics p.
+        turns: (n,) [rad] that the first of them turns per unit of e.
+        before: (n, n) covariance of e.
+        law: (n, n) covariance of more of it, of which what is linear is left out.
+    """
+    both = before + law
+    variance = np.diag(both)
+    usual = np.sqrt(np.maximum(variance, 1e-300))
+    rate = turns[:, None] * np.arange(1, waves.shape[1] + 1) * usual[:, None]
+    kept = waves * np.exp(-0.5 * rate**2)
+    left, term = (kept - waves).imag.sum(axis=1), 1j * rate * kept
+    slope = 1.0 + term.imag.sum(axis=1) / usual
+    total, alike = before * np.outer(slope, slope), both / np.outer(usual, usual)
+    power, rest = alike.copy(), _variance(waves, rate) - (slope * usual - usual) ** 2 - kept.imag.sum(axis=1) ** 2
+    for n in range(2, ORDERS + 1):
+        term = term * 1j * rate / np.sqrt(n)
+        own = term.imag.sum(axis=1)
+        power *= alike
+        total += own[:, None] * power * own
+        rest -= own**2
+    total[np.diag_indices(len(total))] += np.maximum(rest, 0.0)
+    return np.asarray(total + np.outer(left, left))
+
+
+def _variance(waves: Phasors, rate: Matrix) -> Vector:
+    """(n,) mean square of Im p(x + e)."""
+    out = np.zeros(len(waves))
+    for k, one in enumerate(waves.T):
+        for m, other in enumerate(waves.T):
+            apart, along = (np.exp(-0.5 * (rate[:, k] + sign * rate[:, m]) ** 2) for sign in (-1, 1))
+            out += 0.5 * ((one * other.conj()).real * apart - (one * other).real * along)
+    return out
 
 
 def _speckled(patch: Patch, speckle: Effect) -> Matrix:
@@ -70,7 +98,7 @@ def _speckled(patch: Patch, speckle: Effect) -> Matrix:
         moved = speckle.noise(unrounded.mean, patch.view) / unrounded.step
         turned = float(np.nanmedian(np.where(tiles.label >= 0, moved, np.nan)))
         total = np.zeros((len(tiles), len(tiles)))
-        for k in range(1, MANY + 1) if turned else ():
+        for k in range(1, HARMONICS + 1) if turned else ():
             phase = (2 * np.pi * k * turned) ** 2
             # about the mean that is predicted, which is that of all speckle
             size = np.sqrt(tiles.mean(_height(patch, unrounded.spread, k) ** 2) * -0.5 * np.expm1(-phase))
@@ -86,8 +114,8 @@ def _height(patch: Patch, spread: Image, k: int) -> Image:
     return np.asarray(patch.unrounded.step * np.abs(patch.native) * faded)
 
 
-def _phasors(patch: Patch) -> tuple[Vector, Phasors, Vector]:
-    """(n,) step of each tile and (n, k) means of p over it, in native units; and (n,) what jumps of a pattern add.
+def _waves(patch: Patch) -> tuple[Vector, Phasors, Vector]:
+    """(n,) [rad] that the first harmonic of a tile turns per native unit, (n, k) its means of p, (n,) what jumps add.
 
     Waves of a slope cancel within a square, but for a part of one where the pattern of the unit jumps in it.
     """
@@ -95,13 +123,17 @@ def _phasors(patch: Patch) -> tuple[Vector, Phasors, Vector]:
     if unrounded is None:
         return np.ones(n), np.zeros((n, HARMONICS), complex), np.zeros(n)
     with np.errstate(all="ignore"):
-        waves, broken, jumps = [], np.zeros(n), any(unknown_patterns(patch.sensor))
-        turns = unrounded.mean / unrounded.step
-        slope = np.hypot(*np.gradient(turns)) * patch.tiles.side  # steps over a square
+        waves, broken, jumps = np.zeros((n, HARMONICS), complex), np.zeros(n), any(unknown_patterns(patch.sensor))
+        phase = unrounded.mean / unrounded.step
+        slope = np.hypot(*np.gradient(phase)) * patch.tiles.side  # steps over a square
+        turned, whole = -np.exp(2j * np.pi * phase), np.ones_like(phase, complex)
+        step = patch.tiles.mean(unrounded.step * np.abs(patch.native))
         for k in range(1, HARMONICS + 1):
-            height = _height(patch, unrounded.smoothed, k)
-            p = height * np.exp(2j * np.pi * k * turns)
-            waves.append(patch.tiles.mean(p.real) + 1j * patch.tiles.mean(p.imag))
-            part = np.minimum(1.0 / (2 * np.pi * k * slope), 0.5)
-            broken += jumps * patch.tiles.mean((height * part) ** 2)
-    return patch.tiles.mean(unrounded.step * np.abs(patch.native)), np.column_stack(waves), broken
+            height, whole = _height(patch, unrounded.smoothed, k), whole * turned
+            if np.max(patch.tiles.mean(height) / step) < FAINT:
+                break
+            waves[:, k - 1] = patch.tiles.mean(height * whole.real) + 1j * patch.tiles.mean(height * whole.imag)
+            if jumps:
+                part = np.minimum(1.0 / (2 * np.pi * k * slope), 0.5)
+                broken += patch.tiles.mean((height * part) ** 2)
+    return 2 * np.pi / step, waves, broken

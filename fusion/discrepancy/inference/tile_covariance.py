@@ -67,9 +67,9 @@ class MeasuredTiles(NamedTuple):
 def covariance_of(observations: Observations) -> TileCovariance:
     """The covariance of observations: their frame noise averaged, frozen and common errors as covariance."""
     n = len(observations.residual)
-    total = np.zeros((n, n))
+    total, noise = np.zeros((2, n, n))
     for rows, patch in observations.rows():
-        total[rows, rows] += _noise(patch)
+        noise[rows, rows] += _noise(patch)
     for effect in observations.sensor.effects:
         if effect.frozen == "scene":
             _add_grain(observations, effect, total)
@@ -82,7 +82,7 @@ def covariance_of(observations: Observations) -> TileCovariance:
         total += observations.loose.drift**2 * (drift @ drift.T)
     shaken = np.column_stack([np.zeros((n, 0)), *_shake_columns(observations)])
     total += shaken @ shaken.T
-    bare = cholesky(total, lower=True, check_finite=False)
+    bare = cholesky(total + noise, lower=True, check_finite=False)
     known = np.column_stack([np.zeros((n, 0)), *_known(observations)])
     loose, none = observations.loose, np.zeros((n, 0))
     wrong = loose.mesh * mesh_columns(observations) if loose.mesh else none
@@ -91,9 +91,9 @@ def covariance_of(observations: Observations) -> TileCovariance:
     total += patterns
     common = np.column_stack([*pose_columns(observations), wrong, other, known])
     total += common @ common.T
-    # a law that nobody knows yet moves what is rounded too: as far as the tiles are off at all
-    moved = float(np.median(observations.residual**2))
-    total += rounding_covariance(observations, total + moved * np.eye(n), patterns)
+    # as far as tiles are off at all: of the tiles near a step as many change to the next as a law moves its edge
+    law = float(np.mean(np.abs(observations.residual)))
+    total += noise + rounding_covariance(observations, total, patterns, law)
     return TileCovariance(cholesky(total, lower=True, overwrite_a=True, check_finite=False), bare, known)
 
 
@@ -115,8 +115,8 @@ def _noise(patch: Patch) -> NDArray[np.float64]:
     """Covariance (n, n) of the mean over frames, and a floor."""
     tiles, frames = patch.tiles, len(patch.block.frames)
     variance = tiles.mean((patch.sigma * patch.native) ** 2)
-    if frames > 1:  # what is measured: a model whose noise is too small would make laws of the rest
-        variance = np.maximum(variance, tiles.mean((patch.block.std * patch.native) ** 2))
+    # what is measured: a model whose noise is too small would make laws of the rest
+    variance = np.fmax(variance, tiles.mean((patch.block.std * patch.native) ** 2))
     window, shared = 1.0, np.zeros(len(tiles))
     for effect in patch.sensor.effects:
         if not effect.frozen and effect.window(patch.view) > 1:

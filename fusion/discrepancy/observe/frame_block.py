@@ -51,7 +51,7 @@ class FrameBlock:
     view: View  # what stood before the camera, with the amplitude of the recording where there is one
     # mean, std: (h, w) of the measured depth [m], NaN where no value (no second one) is
     mean: Image
-    std: Image
+    std: Image  # over its frames; of single frames that others follow from the same pose, over these
     count: NDArray[np.int32]  # (h, w) frames with a value
     T_world_camera: Array = field(default_factory=lambda: np.eye(4))  # (4, 4) stated pose
     # the same pose and time in frames that take no part in any fit; None where there are too few
@@ -80,10 +80,22 @@ def blocks_of(stage: KnownScene, channels: Channels) -> list[FrameBlock]:
     blocks = [_block_of(stage, frames, channels) for frames in each(_blocks(stage), stage.recording.path.name)]
     if len(blocks) < LONG or any(block.held for block in blocks):
         return blocks
+    blocks = _with_scatter(blocks)
     # a series of single frames holds out every third of them, whole
     pairs = zip(blocks, [*blocks[1:], None], strict=True)
     kept = [replace(block, held=after) if k % HELD_OUT == 1 else block for k, (block, after) in enumerate(pairs)]
     return [block for k, block in enumerate(kept) if k % HELD_OUT != 2]
+
+
+def _with_scatter(blocks: list[FrameBlock]) -> list[FrameBlock]:
+    """Single frames from one pose with their scatter about the line through those before and after: drift is none."""
+    means = np.array([block.mean for block in blocks])
+    if not all(np.array_equal(block.T_world_camera, blocks[0].T_world_camera) for block in blocks):
+        return blocks
+    bends = (means[:-2] - 2 * means[1:-1] + means[2:]) ** 2 / 6
+    known = np.isfinite(bends)
+    std = np.sqrt(np.where(known, bends, 0.0).sum(axis=0) / np.where(known.any(axis=0), known.sum(axis=0), np.nan))
+    return [replace(block, std=std) if len(block.frames) == 1 else block for block in blocks]
 
 
 def wanted_channels(baseline: float | None, indirect: bool) -> Channels:

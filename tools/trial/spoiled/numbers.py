@@ -24,34 +24,41 @@ def rounded_undithered(case: Case, rng: Rng) -> Spoiled:
     """Noise calmed to a fifth, then depth rounded to 4 to 12 mm (disparity to 1/4 to 1/2 px), as sensor.json says.
 
     Nothing is missing. The steps lie where the TRUE pose puts them, and the stated one is off by its usual error.
+    Frames of a series drift and cannot be pulled to their mean: where there is one, all keep their noise. Depths are
+    spread over their own steps first: rounded twice, every other edge would be off by half a step of the finer.
     """
-    flight = _file(case).get("principle") == "itof"
+    sensor = _file(case)
+    flight = sensor.get("principle") == "itof"
     step = float(rng.choice([0.004, 0.006, 0.008, 0.012] if flight else [0.25, 0.5]))
-    changed = {}
+    finer, changed = _own_step(sensor, flight), {}
+    left = 1.0 if any(taken.times[-1] - taken.times[0] > 5.0 for taken in case.recordings) else CALMED
     for i, taken in enumerate(case.recordings):
-        long = taken.times[-1] - taken.times[0] > 5.0
-        depth = taken.depth if long else calmed(taken.depth)
-        if flight:
-            depth = np.round(depth / step) * step
-        else:
-            fb = taken.camera["fx"] * BASELINE
-            depth = counted(fb / (np.maximum(np.round(fb / depth / step), 1) * step), taken.camera)
-        changed[i] = replace(taken, depth=depth)
-    sensor = _rounding(_file(case), {"step": (step, "m")} if flight else {"step_px": (step, "px")})
+        unit = 1.0 if flight else taken.camera["fx"] * BASELINE
+        seen = taken.depth if flight else unit / taken.depth
+        seen = calmed(seen + finer * rng.uniform(-0.5, 0.5, seen.shape), left)
+        seen = np.round(seen / step) * step
+        changed[i] = replace(taken, depth=seen if flight else counted(unit / np.maximum(seen, step), taken.camera))
+    sensor = _rounding(sensor, {"step": (step, "m")} if flight else {"step_px": (step, "px")}, left, finer)
     text = f"step {1000 * step:.0f} mm" if flight else f"step {step:.2f} px"
     return Spoiled(replace(with_recordings(case, changed), sensor=sensor), text, Told("round|quanti"))
 
 
-def calmed(depth: Array) -> Array:
-    """(n, h, w) frames pulled to their mean."""
+def _own_step(sensor: dict[str, Any], flight: bool) -> float:
+    """Step [m], or [px] of disparity, to which the depths of a case are rounded already; 0 for none."""
+    own = [entry["parameters"] for entry in sensor["effects"] if entry["effect"] == "depth_quantization"]
+    return float(own[0].get("step" if flight else "step_px", {"value": 0.0})["value"]) if own else 0.0
+
+
+def calmed(depth: Array, left: float) -> Array:
+    """(n, h, w) frames pulled to their mean, so that a share of their noise is left."""
     valid = np.isfinite(depth)
     with np.errstate(invalid="ignore"):
         mean = np.where(valid, depth, 0.0).sum(axis=0) / valid.sum(axis=0)
-    return np.asarray(mean + CALMED * (depth - mean))
+    return np.asarray(mean + left * (depth - mean))
 
 
-def _rounding(sensor: dict[str, Any], steps: dict[str, tuple[float, str]]) -> dict[str, Any]:
-    """The model with this rounding, and with the noise that is left."""
+def _rounding(sensor: dict[str, Any], steps: dict[str, tuple[float, str]], left: float, finer: float) -> dict[str, Any]:
+    """The model with this rounding, and with the noise that is left of its own and of the finer steps."""
     effects = []
     for entry in sensor["effects"]:
         parameters = dict(entry["parameters"])
@@ -60,7 +67,9 @@ def _rounding(sensor: dict[str, Any], steps: dict[str, tuple[float, str]]) -> di
         if entry["effect"] == "axial_noise":
             for name in parameters.keys() - {"ir_reference", "correlation_px"}:
                 told = parameters[name]
-                parameters[name] = {**told, "value": CALMED * told["value"], "std": CALMED * told["std"]}
+                more = finer / 12**0.5 if name == "sigma_px" else 0.0
+                size = float(np.hypot(told["value"], more))
+                parameters[name] = {**told, "value": left * size, "std": left * told["std"]}
         effects.append({**entry, "parameters": parameters})
     return {**sensor, "effects": effects}
 
