@@ -121,7 +121,7 @@ def pass_of_result(folder: Path, reading: ResultReading | None = None) -> Pass:
         voxel=used.voxel_m,
         truncation=used.truncation_m,
         table=table,
-        taken_out=_taken_out(taken, recording),
+        taken_out=taken_out_of(taken, recording),
     )
     return pass_of(recording, sensor, made)
 
@@ -145,7 +145,7 @@ def _sensor(used: SettingsFile, recording: Recording, folder: Path) -> Sensor:
     raise FusionError("the scan was made with a sensor model of its own", folder, name, "a preset's name", do)
 
 
-def _taken_out(taken: dict[str, float], recording: Recording) -> SelfCheck:
+def taken_out_of(taken: dict[str, float], recording: Recording) -> SelfCheck:
     values = np.array([taken.get(name, 0.0) if name in DEPTH else 0.0 for name in NAMES])
     near = taken.get("near", 0.0)
     far = max(taken.get("far", near + 1.0), near + 1e-3)

@@ -2,6 +2,7 @@
 
 import ast
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -10,11 +11,12 @@ import pytest
 import trimesh
 
 from tools.sets.fresh import dots, flight
+from tools.sets.fresh.angles import angle_std
 from tools.sets.fresh.information import depth_std, focal_std
 from tools.sets.fresh.judged import Judged
 from tools.sets.fresh.lens import Lens
 from tools.sets.fresh.making import _scan, held
-from tools.sets.fresh.table import row, summary
+from tools.sets.fresh.table import line, row, summary
 from tools.sets.fresh.unit import drawn
 from tools.sets.fresh.views import Plane
 from tools.sets.judging.command import Ran
@@ -117,6 +119,18 @@ def test_more_walls_and_corners_tell_more():
     assert focal_std(fields, corners, 0.04) == pytest.approx(2 * focal_std(fields, corners, 0.02))
 
 
+def test_angles_are_told_better_by_better_pixels():
+    unit = drawn("itof", "blocks", "unit", np.random.default_rng(2))
+    turning = replace(unit.turning, true=unit.turning.true[:12], logged=unit.turning.logged[:12])
+    lens = Lens(64, 53, 45.6, 45.6, 31.5, 26.0)
+    unit = replace(unit, turning=turning, device=replace(unit.device, lens=lens))
+    noisy = replace(unit.device, grain=4 * unit.device.grain, dark=4 * unit.device.dark)
+    good = angle_std(unit)
+    assert 0.01 < good < 0.5
+    # what stands still in the image is no better known: the bound grows by less than the noise
+    assert 1.5 * good < angle_std(replace(unit, device=noisy)) < 2.001 * good
+
+
 def test_a_known_size_is_measured_and_angles_lose_one_constant(tmp_path):
     mesh = trimesh.creation.box([0.1, 0.14, 0.2])
     mesh.export(tmp_path / "true.ply")
@@ -156,4 +170,5 @@ def test_a_wrong_scale_has_to_be_said():
     assert [u.unsaid for u in units] == [False, True, False, False]
     assert not one(0.006, words=["Surface: black parts give no depth"]).told
     assert "1 of 4" in summary(units)
+    assert [line(u).split()[5] for u in units] == ["yes", "no", "no", "no"]
     assert row(units[3])["scale"] is None

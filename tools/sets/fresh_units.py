@@ -7,7 +7,8 @@ A unit is drawn below the level of depth: phasors of a time-of-flight camera, do
 (tools/sets/fresh, which shares no formula with the package). Its owner calibrates the camera from 20 boards and the
 depth from 6 to 10 walls that a laser has measured, scans an object on a turntable, and compares with the true object;
 the commands run in processes of their own. The same scan without errors, at its true poses, is what could be reached.
-What walls and boards allow at best is in tools/sets/fresh/information.py. The truth lies in OUT/unit_NN/truth.
+What walls and boards allow at best is in tools/sets/fresh/information.py, what the depth tells of angles in angles.py;
+where a scale error comes from, `python -m tools.sets.fresh_stages`. The truth lies in OUT/unit_NN/truth.
 
 `OUT/table.txt` and `OUT/table.json` hold what is printed. The same seed makes the same units.
 """

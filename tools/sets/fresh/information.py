@@ -40,12 +40,13 @@ RING = 0.0003  # [m] of fixed pattern and noise that are left in the mean of a r
 
 @dataclass(frozen=True)
 class Allowed:
-    """Relative standard deviations, and the corners' [px]."""
+    """Relative standard deviations, the corners' [px], and that of the angles [deg] (`angles.py`; NaN: not made)."""
 
     scale: float
     depth: float
     focal: float
     corner_px: float
+    angle: float = np.nan
 
 
 def allowed(folder: Path, truth: dict[str, Any]) -> Allowed:
@@ -56,7 +57,7 @@ def allowed(folder: Path, truth: dict[str, Any]) -> Allowed:
     focal = focal_std(truth["camera"], corners, spread)
     z = float(truth["camera_distance_m"])
     depth = depth_std(np.array(truth["walls_m"], float), z, truth["sensor"] == "itof") / z
-    return Allowed(float(np.hypot(depth, focal)), depth, focal, spread)
+    return Allowed(float(np.hypot(depth, focal)), depth, focal, spread, truth.get("angle_std_deg", np.nan))
 
 
 def corner_std(pictures: list[Path], corners: Array) -> float:
@@ -93,16 +94,20 @@ def focal_std(camera: dict[str, Any], corners: Array, spread: float) -> float:
 
 def depth_std(walls: Array, z: float, flight: bool) -> float:
     """Standard deviation [m] of the depth at z by walls at `walls` [m]."""
+    own = terms(np.array([z]), np.array([0.02]), flight)[0][0]
+    return float(np.sqrt(own @ posterior(walls, flight) @ own))
+
+
+def posterior(walls: Array, flight: bool) -> Array:
+    """Covariance of the sizes of all terms by walls at `walls` [m]."""
     q = np.linspace(0, 0.35, 12)
-    rows, spread = _terms(np.repeat(walls, len(q)), np.tile(q, len(walls)), flight)
-    own = _terms(np.array([z]), np.array([0.02]), flight)[0][0]
+    rows, spread = terms(np.repeat(walls, len(q)), np.tile(q, len(walls)), flight)
     laser = np.kron(np.eye(len(walls)), np.ones((len(q), len(q))))
     noise = LASER**2 * laser + RING**2 * np.eye(len(rows))
-    posterior = np.linalg.inv(rows.T @ np.linalg.solve(noise, rows) + np.diag(1 / spread**2))
-    return float(np.sqrt(own @ posterior @ own))
+    return np.asarray(np.linalg.inv(rows.T @ np.linalg.solve(noise, rows) + np.diag(1 / spread**2)))
 
 
-def _terms(z: Array, q: Array, flight: bool) -> tuple[Array, Array]:
+def terms(z: Array, q: Array, flight: bool) -> tuple[Array, Array]:
     """(n, terms) what each term adds [m] at unit size, and the standard deviations of their sizes."""
     if not flight:
         per_px = z**2 / (285.0 * 0.075)

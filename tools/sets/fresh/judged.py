@@ -94,7 +94,7 @@ def judged(folder: Path) -> Judged:
     true, seen = folder / "truth" / "truth.ply", folder / "truth" / "visible.npz"
     mesh, table = folder / "result" / "mesh.ply", content(folder / "result" / "turntable.json")
     free = compared(mesh, true, folder / "compare_scale", seen, scale=True)
-    own = own_fit(mesh, true, _start(folder)) if free else Fit(np.nan, np.nan)
+    own = own_fit(mesh, true, start(folder)) if free else Fit(np.nan, np.nan)
     ideal, bias = _at_true_poses(folder)
     errors = angle_errors(table, np.array(truth["angles_rad"], float))
     errors = errors - np.nanmean(errors) if np.isfinite(errors).any() else errors
@@ -161,7 +161,7 @@ def raw_bias(folder: Path) -> float:
     return float(np.median(np.concatenate(apart)))
 
 
-def _start(folder: Path) -> Array:
+def start(folder: Path) -> Array:
     """(4, 4) where the first frame's pose puts the mesh of the scan."""
     first = [np.loadtxt(file)[0] for file in (folder / "truth" / "poses.txt", folder / "result" / "trajectory.txt")]
     T_true, T_own = (_pose(row) for row in first)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from tools.sets.fresh.angles import angle_std
 from tools.sets.fresh.picture import Pictures
 from tools.sets.fresh.unit import LASER, NOMINAL, Unit
 from tools.sets.fresh.views import COLUMNS, OBJECT, ROWS, SQUARE, Board, Plane
@@ -39,7 +40,7 @@ def make(unit: Unit, folder: Path, rng: Rng) -> None:
         "axis_point": turning.point, "axis_direction": turning.direction,
         "angles_rad": turning.true - turning.true[0], "said_rad": turning.logged - turning.logged[0],
         "slip": {"frame": turning.slip}, "camera_distance_m": float(np.linalg.norm(unit.table.T[:3, 3])),
-        "walls_m": unit.walls, "corners": corners,
+        "walls_m": unit.walls, "corners": corners, "angle_std_deg": angle_std(unit),
     }  # fmt: skip
     text = json.dumps({name: plain(x) for name, x in truth.items()}, indent=1)
     (folder / "truth" / "truth.json").write_text(text, encoding="utf-8")

@@ -10,22 +10,23 @@ import numpy as np
 from tools.sets.fresh.judged import ANGLE, RATIO, WORST, Judged
 
 HEAD = (
-    f"{'unit':<9}{'sensor':<7}{'object':<8}{'scale %':>9}{'own fit':>9}{'floor':>7}{'raw mm':>8}{'bias':>6}"
-    f"{'limit':>7}{'angle deg':>10}{'largest':>9}{'std mm':>8}{'true':>7}{'ratio':>7}"
+    f"{'unit':<9}{'sensor':<7}{'object':<8}{'scale %':>8}{'limit':>6} {'within':<7}{'own fit':>8}{'floor':>7}"
+    f"{'raw mm':>8}{'bias':>6}{'angle deg':>10}{'bound':>7}{'largest':>9}{'std mm':>8}{'true':>7}{'ratio':>7}"
     f"{'fx %':>7}  {'said':<10}{'told':<5}{'status':<11}law"
 )
 
 
 def line(one: Judged) -> str:
-    """Scale and its limit in percent; `floor`, `bias`: at true poses; `told`: of scale or depth; statuses in order."""
+    """Scale and its limit, max(0.2 %, 2 sd), in percent; `floor`, `bias`: at true poses; `bound`: of the angles, at
+    best; `told`: of scale or depth; statuses in order.
+    """
     kind = {"itof": "itof", "structured_light": "sl"}[one.kind]
     verdict = one.said.verdict if one.said.stated else f"({one.said.verdict})"
-    mark = "" if one.within else " !"
     statuses = " ".join(str(x) for x in one.status.values())
     return (
-        f"{one.name:<9}{kind:<7}{one.shape:<8}{100 * one.scale:>7.2f}{mark:<2}{100 * one.again:>9.2f}"
-        f"{100 * one.floor:>7.2f}{1e3 * one.raw:>8.2f}{1e3 * one.bias:>6.2f}"
-        f"{100 * one.limit:>7.2f}{one.angle:>10.3f}{one.largest:>9.2f}"
+        f"{one.name:<9}{kind:<7}{one.shape:<8}{100 * one.scale:>8.2f}{100 * one.limit:>6.2f} "
+        f"{'yes' if one.within else 'no':<7}{100 * one.again:>8.2f}{100 * one.floor:>7.2f}"
+        f"{1e3 * one.raw:>8.2f}{1e3 * one.bias:>6.2f}{one.angle:>10.3f}{one.allowed.angle:>7.3f}{one.largest:>9.2f}"
         f"{1e3 * one.std:>8.2f}{1e3 * one.std_true:>7.2f}{one.ratio:>7.2f}{100 * one.focal:>7.2f}  "
         f"{verdict:<10}{'yes' if one.told else 'no':<5}{statuses:<11}{one.law}"
     )
@@ -49,6 +50,7 @@ def summary(units: Sequence[Judged]) -> str:
         f"all together {_rms(angles):.3f}",
         f"std within {RATIO} of true poses and depth: {sum(r <= RATIO for r in ratios)} of {n}, median "
         f"{_median(ratios):.3f}",
+        f"angles over what the depth allows at best: median {_median([u.angle / u.allowed.angle for u in units]):.2f}",
         "sd of scale that walls and boards allow: "
         + ", ".join(f"{100 * np.quantile([u.allowed.scale for u in units], q):.3f}" for q in (0, 0.5, 1))
         + " % (least, median, largest)",
