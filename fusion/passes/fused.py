@@ -16,13 +16,14 @@ from fusion.mesh.vertices import vertices_kept
 from fusion.passes.one_pass import Pass
 from fusion.passes.settings import MergeSettings
 from fusion.progress import each, stage
-from fusion.scan.cleaning.seen import looked_through, without_rims
+from fusion.scan.cleaning.seen import looked_through
 from fusion.volume.prepared import Prepared, fuse
 from fusion.volume.volume import Volume, VolumeSettings
 
 Array = NDArray[np.float64]
 LOWEST = 0.2  # percentile of a mesh's heights that is its foot
 CELL = 2.0  # voxels
+RIM = 3  # vertices from the border of what is looked through: a pixel, and what noise and depth of the rim add (guess)
 MARGIN = 0.25  # of the object's size around it in which nothing else is fused; what is farther away may clear space
 
 
@@ -68,7 +69,7 @@ def parts_alone(passes: Sequence[Pass], T: Array) -> list[Mesh]:
                 between = pose.inverse(T[j]) @ T[i]
                 normals = one.mesh.normals.astype(float) @ between[:3, :3].T
                 passing |= other.outlook.through(pose.transform(between, one.mesh.vertices), normals)
-        kept = ~without_rims(passing, one.mesh.faces)
+        kept = ~_without_rims(passing, one.mesh.faces)
         out.append(large_parts(vertices_kept(one.mesh, kept), CRUMB)[0] if kept.any() else one.mesh)
     return out
 
@@ -142,3 +143,15 @@ def _clean(mesh: Mesh, frames: list[Prepared], poses: Array, chosen: VolumeSetti
 def _corner(point: Array) -> tuple[float, float, float]:
     x, y, z = point.tolist()
     return x, y, z
+
+
+def _without_rims(marked: NDArray[np.bool_], faces: NDArray[np.integer]) -> NDArray[np.bool_]:
+    """Marked vertices (n,) without those of narrow strips: at a rim pixels show the object and what is behind it."""
+    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    inner = marked.copy()
+    for _ in range(RIM):
+        border = edges[~inner[edges].all(axis=1)]
+        inner[border] = False
+    for _ in range(RIM):
+        inner[edges[inner[edges].any(axis=1)]] = True
+    return np.asarray(inner & marked)

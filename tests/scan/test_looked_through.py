@@ -2,10 +2,13 @@
 
 import numpy as np
 import pytest
-from owl_and_arm import COUNT, NEAR, frames_of, of_arm, surface_of
+from owl_and_arm import CAMERA, COUNT, NEAR, frames_of, of_arm, surface_of
 
 from fusion.mesh.mesh import Mesh
+from fusion.recording.recording import Frame
 from fusion.scan.cleaning.seen import looked_through
+from fusion.sensor.sensor import Sensor
+from fusion.volume.prepared import prepare
 
 
 def test_an_arm_that_came_in_goes_and_the_object_stays():
@@ -26,3 +29,23 @@ def test_what_stays_beside_the_object_stays():
 def test_without_frames_nothing_is_looked_through(frames):
     mesh = Mesh(np.eye(3), np.array([[0, 1, 2]]), normals=np.eye(3))
     assert not looked_through(mesh, frames, np.full((len(frames), 4, 4), np.nan), NEAR).any()
+
+
+def test_a_narrow_rest_goes_up_to_the_rim_it_hangs_on():
+    """A strip three vertices wide between sides that no frame sees, grown onto a wall's rim: what a finger leaves."""
+    wall = np.full((120, 160), 2.0, np.float32)
+    wall[:, :80] = 1.0
+    frame = prepare(Frame(0, 0.0, wall), CAMERA, Sensor())
+    u, v = np.meshgrid(np.arange(40, 121), np.arange(40, 81), indexing="ij")
+    there = (u < 80) | (abs(v - 60) < 3)
+    index = np.cumsum(there).reshape(there.shape) - 1
+    whole = there[:-1, :-1] & there[1:, :-1] & there[:-1, 1:] & there[1:, 1:]
+    a, b, c, d = (index[i : i + 80, j : j + 40][whole] for i, j in ((0, 0), (1, 0), (1, 1), (0, 1)))
+    points = np.dstack([CAMERA.rays()[v, u], np.ones(u.shape)])[there]
+    mesh = Mesh(
+        points, np.concatenate([np.c_[a, b, c], np.c_[a, c, d]]), normals=np.tile([0.0, 0, -1], (len(points), 1))
+    )
+    mesh.normals[(u[there] >= 80) & (abs(v[there] - 60) == 2)] = (0, 1, 0)
+    marked = looked_through(mesh, [frame], np.eye(4)[None], NEAR)
+    assert marked[(u[there] > 82) & (abs(v[there] - 60) < 2)].all()
+    assert not marked[u[there] < 80].any()

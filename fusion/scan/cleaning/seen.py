@@ -7,6 +7,7 @@ nothing wipes it away.
 
 from collections.abc import Iterator, Sequence
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,7 +16,7 @@ from fusion.scan.cleaning.facing import facing
 from fusion.volume.prepared import Prepared
 
 Array = NDArray[np.float64]
-RIM = 3  # vertices from the border of what is looked through: a pixel, and what noise and depth of the rim add (guess)
+AROUND = np.ones((5, 5), np.uint8)  # pixels beside which rims lie: a pixel, and what depth and place add (guess)
 ASKED = 36  # frames, evenly from the scan: a part faces a third of them, and more say nothing new
 
 
@@ -41,27 +42,17 @@ def looked_through(mesh: Mesh, frames: Sequence[Prepared | None], poses: Array, 
         mesh: with normals.
         frames: k of them; their points outside the object say what is behind.
         poses: (k, 4, 4) `T_object_camera`, NaN where a frame has none.
-        near: difference in depth [m] up to which a frame shows a vertex, and beyond which it looks through.
+        near: difference in depth [m] up to which a frame shows a vertex, and beyond which it looks through: all around
+            too, as at a rim pixels show the object and what is behind it.
     """
     shown, through = np.zeros((2, len(mesh.vertices)), np.int32)
     some = np.unique(np.linspace(0, len(frames) - 1, ASKED).round().astype(int)) if len(frames) else np.zeros(0, int)
     for frame, which, (v, u), z in _facing(mesh, [frames[k] for k in some], poses[some]):
-        beyond = frame.surface.points[v, u, 2] - z
-        shown[which[np.abs(beyond) <= near]] += 1
-        through[which[beyond > near]] += 1
-    return without_rims(through > shown, mesh.faces)
-
-
-def without_rims(marked: NDArray[np.bool_], faces: NDArray[np.integer]) -> NDArray[np.bool_]:
-    """Marked vertices (n,) without those of narrow strips: at a rim pixels show the object and what is behind it."""
-    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
-    inner = marked.copy()
-    for _ in range(RIM):
-        border = edges[~inner[edges].all(axis=1)]
-        inner[border] = False
-    for _ in range(RIM):
-        inner[edges[inner[edges].any(axis=1)]] = True
-    return np.asarray(inner & marked)
+        depth = frame.surface.points[..., 2]
+        nearest = cv2.erode(np.where(np.isfinite(depth), depth, np.inf).astype(np.float32), AROUND)
+        shown[which[np.abs(depth[v, u] - z) <= near]] += 1
+        through[which[np.isfinite(depth[v, u]) & (nearest[v, u] - z > near)]] += 1
+    return np.asarray(through > shown)
 
 
 def _facing(
