@@ -36,7 +36,7 @@ def seen_by_any(mesh: Mesh, frames: Sequence[Prepared | None], poses: Array, nea
 
 
 def looked_through(mesh: Mesh, frames: Sequence[Prepared | None], poses: Array, near: float) -> NDArray[np.bool_]:
-    """(n,) bool: vertices that more frames look through, to whatever is behind, than show.
+    """(n,) bool: vertices that no fewer frames look through, to whatever is behind, than show.
 
     Args:
         mesh: with normals.
@@ -52,7 +52,7 @@ def looked_through(mesh: Mesh, frames: Sequence[Prepared | None], poses: Array, 
         nearest = cv2.erode(np.where(np.isfinite(depth), depth, np.inf).astype(np.float32), AROUND)
         shown[which[np.abs(depth[v, u] - z) <= near]] += 1
         through[which[np.isfinite(depth[v, u]) & (nearest[v, u] - z > near)]] += 1
-    return np.asarray(through > shown)
+    return np.asarray((through > 0) & (through >= shown))
 
 
 def _facing(
