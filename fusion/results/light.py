@@ -39,7 +39,7 @@ FEW = 0.5  # of a scan that lost more, what is left says little of what was reco
 NAMED = 8  # frames
 
 
-def frames_light(total: int, rejected: Mapping[int, str]) -> Light:
+def frames_light(total: int, rejected: Mapping[int, str], limits: tuple[float, float] = LOST_SHARE) -> Light:
     """One light for the frames that were left out, with the commonest reason."""
     said, do = f"{total - len(rejected)} of {total} frames were used", ""
     if rejected:
@@ -49,4 +49,4 @@ def frames_light(total: int, rejected: Mapping[int, str]) -> Light:
         said += f"; rejected: {which}, most often as {common}"
         do = "Move slowly, and keep what is scanned in the picture, hands and people out of it."
     lost = len(rejected) / max(total, 1)
-    return Light(level(lost, LOST_SHARE), "Frames", f"{said}.", do, fails=lost > FEW)
+    return Light(level(lost, limits), "Frames", f"{said}.", do, fails=lost > FEW)

@@ -32,7 +32,7 @@ CHOICES = ScanChoices(
     truncation_m=0.004, volume_bytes=1, color=False, color_images=0, color_images_lost=0, uncolored_share=None,
     neutral_share=None,
 )  # fmt: skip
-AGREEING = Agreement(np.arange(4), np.zeros(4), np.zeros(4), np.zeros(4), 0.0005)
+AGREEING = Agreement(np.arange(4), np.zeros(4), np.zeros(4), np.zeros(4), 0.0002)
 
 
 def good_scan() -> Scan:

@@ -96,6 +96,7 @@ PLANTED = {
     ],
     "Frames": [
         ("warning", lambda s: with_motion(s, rejected=dict.fromkeys(range(4), "a hand"))),
+        ("bad", lambda s: with_motion(s, rejected=dict.fromkeys(range(len(s.motion.angles) // 5), "a hand"))),
         ("bad", lambda s: with_motion(s, rejected=dict.fromkeys(range(20), "a hand"))),
     ],
     "Fit": [
@@ -106,6 +107,7 @@ PLANTED = {
         ("warning", lambda s: with_evidence(s, agreement=contradicted(0.05))),
         ("bad", lambda s: with_evidence(s, agreement=contradicted(0.15))),
         ("bad", lambda s: with_evidence(s, agreement=contradicted(0.4))),
+        ("bad", lambda s: with_evidence(s, agreement=replace(s.evidence.agreement, bent=0.001))),
     ],
     "Poses": [
         ("warning", lambda s: with_evidence(sized(s, None), pulled=Pulled(0.25e-4, 0.0))),

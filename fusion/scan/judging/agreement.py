@@ -24,7 +24,6 @@ RIM = 2  # [px] beside steps and holes of either image, where a camera mixes or 
 STEP = 0.02  # [m] from one surface to another, within the rim's width: above the noise of any camera nearby
 TOLERANCE = 3.0  # standard deviations of what noise and voxel let expect
 TILE = 9  # [px] over which noise averages out
-NEAR = 0.03  # [m] what lies farther off is another surface, not this one displaced: no camera is off by so much
 
 
 @dataclass(frozen=True)
@@ -35,7 +34,9 @@ class Agreement:
     before: Array  # (k,) seen before the model
     through: Array  # (k,) seen through the model: it stands where the frame looks past
     missing: Array  # (k,) seen on the object where the model has nothing
-    bent: float  # root mean square over tiles of a frame of how far it lies off the model, noise averaged out [m]
+    # root mean square over tiles of a frame of how far it lies off the model, noise averaged out [m]; what is farther
+    # off than the truncation is another surface, as of a hand
+    bent: float
 
     @property
     def against(self) -> float:
@@ -101,7 +102,7 @@ def _shares(volume: Volume, frame: Prepared, T: Array, motion: Motion) -> _Share
         float((shown & on_object & (off < -limit)).sum() / count),
         float((shown & (off > limit)).sum() / count),
         float(missing.sum() / count),
-        _tiles(np.where(shown & (np.abs(off) < NEAR), off * facing, np.nan)),
+        _tiles(np.where(shown & (np.abs(off) < volume.settings.truncation), off * facing, np.nan)),
     )
 
 
