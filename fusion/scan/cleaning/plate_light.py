@@ -6,7 +6,6 @@ views are wrong by the same. So one bounce is computed, for a plate that reflect
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,9 +19,6 @@ from fusion.simulation.rendering.casting import Body
 from fusion.simulation.rendering.indirect import Bounce
 from fusion.simulation.rendering.render import Channels, RayCaster, view_of
 from fusion.volume.prepared import Prepared
-
-if TYPE_CHECKING:
-    pass
 
 Array = NDArray[np.float64]
 USUAL = 0.5  # of the light that a plate of wood or plastic reflects (guess)
