@@ -63,6 +63,11 @@ def other_code(folder):
     recount(folder, lambda counts: np.where(counts == 0, 8191, counts))
 
 
+def two_codes(folder):
+    dark = np.indices(synthetic.CAMERA.shape).sum(axis=0) % 2 == 0
+    recount(folder, lambda counts: np.where(counts == 0, np.where(dark, 32001, 32002), counts))
+
+
 def poses_with(folder, change):
     given = synthetic.trajectory(12)
     write_trajectory(folder / "groundtruth.txt", Trajectory(given.timestamps, change(given.poses)))
@@ -129,6 +134,7 @@ DEFECTS = {
     "principal point": (lambda f: recamera(f, cx=159.5, cy=119.5), "error", "intrinsics", "cx", "320"),
     "focal length": (lambda f: recamera(f, fx=1300, fy=1300), "warning", "intrinsics", "field of view", "--camera"),
     "another code": (other_code, "warning", "depth", "8191", "missing"),
+    "two other codes": (two_codes, "warning", "depth", "32001 and 32002", "missing"),
     "no depth": (lambda f: recount(f, lambda c: 65535 + 0 * c), "error", "depth", "no valid", "look"),
 }
 

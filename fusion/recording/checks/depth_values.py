@@ -16,6 +16,7 @@ LIKELY = (0.3, 6.0)
 # [m] nearer no camera of its kind measures (Kinect v1 0.4, TrueDepth 0.15; Azure Kinect 0.25, Kinect v2 0.5, telephones
 # 0.1), and farther hardly one does (Kinects 8): makers' data, from memory
 MEASURABLE = {Principle.STRUCTURED_LIGHT: (0.14, 8.0), Principle.TIME_OF_FLIGHT: (0.1, 8.0)}
+CODES = 3  # for missing: SoftKinetic's cameras write 32001 where they see too little, 32002 where too much
 HOW = "a camera.json, or fx,fy,cx,cy,SCALE"
 # counts per metre in use: Kinect mm, TUM, YCB-Video, Redwood and RealSense variants, centimetres
 SCALES = (1000.0, 5000.0, 10000.0, 4000.0, 8000.0, 100.0)
@@ -67,20 +68,22 @@ def _codes(sample: Sample) -> list[Finding]:
 
 
 def _other_code(sample: Sample) -> list[Finding]:
-    """A largest count that many pixels have, far above all others: another code for missing."""
+    """A few largest counts that many pixels have, far above all others: other codes for missing."""
     known = sample.counts.copy()
     known[[0, INVALID_COUNT]] = 0
     used = np.flatnonzero(known)
     if len(used) < 10 or sample.recording.files is None or sample.recording.files.to_metres is not None:
         return []
-    top = int(used[-1])
-    # 1 %: a real surface spreads over many counts; 1.2: and does not stand alone behind all else
-    if known[top] < 0.01 * sample.counts.sum() or top < 1.2 * used[-2]:
+    alone = np.flatnonzero(used[-CODES:] > 1.2 * used[-CODES - 1 : -1])  # they do not stand behind all else
+    if not len(alone):
         return []
-    seen = (
-        f"count {top} in {100 * known[top] / sample.counts.sum():.1f} % of the pixels, all others below {used[-2] + 1}"
-    )
-    return [Finding("depth", "warning", seen, f"if {top} stands for missing depth, write 0 there")]
+    codes = used[-CODES:][alone[0] :]
+    share = known[codes].sum() / sample.counts.sum()
+    if share < 0.01:  # a real surface spreads over many counts
+        return []
+    told = " and ".join(map(str, codes))
+    seen = f"count {told} in {100 * share:.1f} % of the pixels, all others below {used[-len(codes) - 1] + 1}"
+    return [Finding("depth", "warning", seen, "write 0 there if it stands for missing depth")]
 
 
 def _scale(sample: Sample) -> list[Finding]:
