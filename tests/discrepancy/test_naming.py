@@ -10,7 +10,6 @@ from made_up_walls import looks_at, sensor_of
 
 from fusion.discrepancy.inference.tile_covariance import covariance_of
 from fusion.discrepancy.naming import established
-from fusion.discrepancy.naming.assessment import _parted
 from fusion.discrepancy.naming.effect_part import EffectPart
 from fusion.discrepancy.naming.established import is_faint, weak_of
 from fusion.discrepancy.naming.naming import _of_one_region, name_effects
@@ -200,17 +199,6 @@ def test_of_laws_that_fit_alike_the_one_that_depends_on_less_comes_first():
     prior = {name: _prior(SimpleNamespace(form=SimpleNamespace(kind=kinds[name]), name=name), set()) for name in kinds}
     assert prior["depth_offset"] > prior["disparity_offset"] > prior["temperature_drift"]
     assert prior["depth_offset"] > prior["subsurface_scattering"]
-
-
-@pytest.mark.parametrize(("missed", "parted"), [(0.2, False), (0.8, True)])
-def test_look_alikes_part_where_one_recording_alone_contradicts_one_of_them(missed, parted):
-    """Ten recordings alike to a tenth; in a small one they differ by more, clearly and by much of what is there."""
-    place = np.repeat(np.arange(11), 100)
-    fitted = np.where(place < 10, 4.0, 1.0)
-    rival = np.where(place < 10, 0.9, 1 - missed) * fitted
-    assert (fitted @ rival) ** 2 > 0.95**2 * (fitted @ fitted) * (rival @ rival)
-    fit = SimpleNamespace(observations=SimpleNamespace(place=place))
-    assert _parted(fit, fitted, rival) == parted
 
 
 def test_waves_of_one_effect_share_one_region():

@@ -5,10 +5,12 @@ from made_up_walls import looks_at, sensor_of
 
 from fusion.discrepancy.inference.tile_covariance import covariance_of
 from fusion.discrepancy.naming.effect_part import EffectPart
+from fusion.discrepancy.naming.naming import MOST_NAMES
 from fusion.discrepancy.naming.partial_residual import partial_residual
-from fusion.discrepancy.naming.plain_pairs import as_two, like_two
+from fusion.discrepancy.naming.plain_pairs import like_two
 from fusion.discrepancy.naming.refit import PartsFit, refitted
 from fusion.discrepancy.naming.search.candidates import Candidate, candidate_of, candidates_of
+from fusion.discrepancy.naming.search.models import rearranged
 from fusion.discrepancy.observe.observations import observe
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects.phase.cyclic_error import CyclicError
@@ -38,11 +40,11 @@ def test_half_a_wave_may_be_two_plain_laws_and_two_waves_not():
     two = wave_of(0.8, CyclicError(amplitude=0.004, period=0.8, phase=0.5))
     assert len(rivals(*half)) == 2
     assert rivals(*two) == ()
-    assert as_two(*half) is half[0]  # they explain less, if not in every recording
-    assert as_two(*two) is two[0]
+    assert rearranged(*half, MOST_NAMES) is half[0]  # they explain less, if not in every recording
+    assert rearranged(*two, MOST_NAMES) is two[0]
 
 
 def test_a_wave_stands_for_no_offset_with_a_slope():
     """What is there are two plain laws; a wave of the right period explains them nearly as well."""
     fit, candidates = wave_of(6.0, DepthOffset(offset=0.01), DepthScale(scale=-0.01))
-    assert {part.name for part in as_two(fit, candidates).parts} == {"depth_offset", "depth_scale"}
+    assert {part.name for part in rearranged(fit, candidates, MOST_NAMES).parts} == {"depth_offset", "depth_scale"}

@@ -24,9 +24,6 @@ from fusion.sensor.where import Bound, inside
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 
-# unless in one recording the nearest that the other can be misses so many standard deviations and such a share
-CLEAR, APART = 6.0, 0.45
-
 
 @dataclass(frozen=True)
 class Step:
@@ -139,7 +136,7 @@ def _alike(fit: PartsFit, part: EffectPart, candidates: Sequence[Candidate], spa
         seen = space.of(white)
         found = scored(other, seen, fitted)
         near = found.gain > (ALIKE * length) ** 2 and np.isfinite(found.score)
-        if near and _alike_everywhere(whole, other, space) and not _parted(fit, fitted, seen @ found.weights):
+        if near and _alike_everywhere(whole, other, space):
             out[other.name] = None
     return tuple(out)
 
@@ -150,14 +147,6 @@ def _together(fit: PartsFit, part: EffectPart, candidates: Sequence[Candidate], 
         return ()
     taken = {other.name for other in (*fit.parts, part)}
     return tuple(c.name for c in like_two(fit, part, [c for c in candidates if c.name not in taken], space))
-
-
-def _parted(fit: PartsFit, fitted: Vector, rival: Vector) -> bool:
-    """True when one recording alone tells two footprints (n,) apart, however alike they are in all others."""
-    place = fit.observations.place
-    own = np.sqrt(np.bincount(place, fitted**2))
-    missed = np.sqrt(np.bincount(place, (fitted - rival) ** 2))
-    return bool(np.any((missed > CLEAR) & (missed > APART * own)))
 
 
 def _whole(fit: PartsFit, part: EffectPart, space: Space) -> Vector | None:

@@ -13,7 +13,6 @@ from fusion.discrepancy.naming.effect_part import EffectPart
 from fusion.discrepancy.naming.established import LIKELY, contradicted, gain_of, is_faint, weak_of, without_faint
 from fusion.discrepancy.naming.extrapolation import gains_beyond
 from fusion.discrepancy.naming.partial_residual import partial_residual
-from fusion.discrepancy.naming.plain_pairs import as_two
 from fusion.discrepancy.naming.refit import PartsFit, refitted
 from fusion.discrepancy.naming.search.candidates import Candidate, candidate_of
 from fusion.discrepancy.naming.search.models import rearranged, score_of
@@ -70,7 +69,6 @@ def name_effects(
     other = rearranged(fit, candidates, MOST_NAMES)
     if other is not fit:
         fit, likely = _grown(other, candidates)
-    fit = as_two(fit, candidates)
     fit, fallen = _that_extrapolates(fit)
     likely = likely or (judged_next(fit, fallen, candidates) if fallen else None)
     steps = judged(fit, candidates)

@@ -6,13 +6,9 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.decisions import SURE
 from fusion.discrepancy.naming.effect_part import EffectPart
-from fusion.discrepancy.naming.evidence import inflation
-from fusion.discrepancy.naming.partial_residual import partial_residual
-from fusion.discrepancy.naming.refit import PartsFit, refitted
+from fusion.discrepancy.naming.refit import PartsFit
 from fusion.discrepancy.naming.search.candidates import Candidate
-from fusion.discrepancy.naming.search.models import score_of
 from fusion.discrepancy.naming.search.score import possible
 from fusion.discrepancy.naming.search.space import Space
 
@@ -48,28 +44,6 @@ def like_two(fit: PartsFit, part: EffectPart, others: Sequence[Candidate], space
     return min(
         near, key=lambda pair: (sum(len(c.form.kind.variables) for c in pair), [c.name for c in pair]), default=()
     )
-
-
-def as_two(fit: PartsFit, candidates: Sequence[Candidate]) -> PartsFit:
-    """The fit with two plain laws in the place of a flexible one that they explain as well.
-
-    A wave of which the data hold no whole period is a slope and an offset until more of it is seen.
-    """
-    for k, part in enumerate(fit.parts):
-        if not part.candidate.form.fixed or part.candidate.where or part.size:
-            continue
-        taken = {other.name for other in fit.parts}
-        space, _ = partial_residual(fit, k)
-        plain = [
-            EffectPart(c, np.zeros(1))
-            for c in like_two(fit, part, [c for c in candidates if c.name not in taken], space)
-        ]
-        if not plain:
-            continue
-        two = refitted([*fit.parts[:k], *plain, *fit.parts[k + 1 :]], fit.observations, fit.covariance)
-        if score_of(two) > score_of(fit) - SURE * inflation(fit.white):
-            return two
-    return fit
 
 
 def _plain(candidate: Candidate) -> bool:

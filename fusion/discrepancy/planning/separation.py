@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.naming.assessment import CLEAR
 from fusion.discrepancy.naming.search.candidates import Candidate
 from fusion.discrepancy.planning.menu import Choice
 from fusion.discrepancy.planning.planned import Planned
@@ -14,6 +13,7 @@ from fusion.sensor.effect import Effect
 
 Vector = NDArray[np.float64]
 
+CLEAR = 6.0  # standard deviations from which on a recording parts them
 PARTED = 0.9  # cosine below which two footprints are told apart, with room to the 0.95 from which they are alike
 
 

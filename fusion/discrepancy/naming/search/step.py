@@ -25,7 +25,6 @@ SHAPES = 2  # of each name that are tried in regions: those that explain most ev
 REGION_GAIN = 0.04  # of the whole's gain: a region must explain that much more
 WITHIN = (*OF_TIME, "table_angle")  # what changes while one recording goes on
 SIMPLER = 2.0  # score per variable: of laws that fit alike, the one that depends on less
-AS_GOOD = 0.97  # of a field's gain in recordings left out: a simple law in a region needs no more
 
 
 @dataclass(frozen=True)
@@ -67,9 +66,7 @@ def best_part(
     if regional is not None and _beats(regional, own):
         regional = _own_to_region(regional, candidates, observations, covariance, Aim(space, target))
         everywhere = candidate_of(observations, covariance, regional.candidate.form)
-        if confined(regional.candidate, everywhere, space, target) and _replicates_more(
-            regional, whole, observations, Aim(space, target)
-        ):
+        if confined(regional.candidate, everywhere, space, target):
             candidate, result, tried = regional.candidate, regional.scored, tried * regional.tried
     part = EffectPart(candidate, result.weights, result.size)
     seen = space.of(candidate.white)
@@ -153,15 +150,6 @@ def of_time(candidate: Candidate) -> bool:
     """True for what changes while one recording goes on, so that blocks of a series tell of it, and not recordings."""
     about = {bound.variable for bound in candidate.where} | set(candidate.form.kind.variables)
     return bool(about & set(WITHIN))
-
-
-def _replicates_more(regional: Regional, whole: Candidate, observations: Observations, aim: Aim) -> bool:
-    space, target = aim
-    size = scored(whole, space.of(whole.white), target).size
-    place = observations.block_number if of_time(regional.candidate) else observations.replicate
-    inside = left_out_gain(space.of(regional.candidate.white), target, place, regional.scored.size)
-    outside = left_out_gain(space.of(whole.white), target, place, size)
-    return inside > (AS_GOOD if size and not regional.scored.size else 1.0) * outside
 
 
 def _tuned(candidate: Candidate, observations: Observations, covariance: TileCovariance, aim: Aim) -> Candidate:
