@@ -46,7 +46,7 @@ def recordings(given: Inputs, out: Path) -> Any:
     fusion.write_recording(out / "written", CAMERA, frames, telemetry=log)
     again = fusion.open_recording(out / "written")
     found = fusion.inspect(one)
-    stored = one.depth_counts(0), one.color_apart(0)
+    stored = one.depth_counts(0), one.color_apart(0), one.without_color()[0].color
     return [*one], stored, again.telemetry_at_frames("turntable_deg"), found, out
 
 
