@@ -13,7 +13,7 @@ from fusion.mesh.cleanup import fill_small_holes, large_parts
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.shape import CRUMB
 from fusion.mesh.vertices import vertices_kept
-from fusion.passes.one_pass import Pass
+from fusion.passes.one_pass import Pass, corner
 from fusion.passes.settings import MergeSettings
 from fusion.progress import each, stage
 from fusion.scan.cleaning.seen import looked_through
@@ -115,7 +115,7 @@ def fused(passes: Sequence[Pass], T: Array, settings: MergeSettings) -> tuple[Me
         floors = [
             float(np.percentile(m.vertices[:, 2], LOWEST)) + one.hidden for m, one in zip(alone, passes, strict=True)
         ]
-    chosen = VolumeSettings(voxel, truncation, bounds=(_corner(near.low), _corner(near.high)))
+    chosen = VolumeSettings(voxel, truncation, bounds=(corner(near.low), corner(near.high)))
     volume = Volume(chosen)
     frames, poses = [], []
     for i, k, frame in each(
@@ -138,11 +138,6 @@ def _clean(mesh: Mesh, frames: list[Prepared], poses: Array, chosen: VolumeSetti
         raise TrackingError("nothing is left of the object that the passes share")
     mesh = large_parts(mesh, CRUMB)[0]
     return fill_small_holes(mesh, settings.fill_holes) if settings.fill_holes > 0 else mesh
-
-
-def _corner(point: Array) -> tuple[float, float, float]:
-    x, y, z = point.tolist()
-    return x, y, z
 
 
 def _without_rims(marked: NDArray[np.bool_], faces: NDArray[np.integer]) -> NDArray[np.bool_]:

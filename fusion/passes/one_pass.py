@@ -15,7 +15,7 @@ from fusion.passes.poses.outlook import Outlook
 from fusion.recording.images.masks import open_masks
 from fusion.recording.recording import Recording
 from fusion.scan.finding.frames import load
-from fusion.scan.finding.object import typical_noise
+from fusion.scan.finding.object import MARGIN, typical_noise
 from fusion.scan.finding.relieved import relieved
 from fusion.scan.result import Scan
 from fusion.scan.settings import ScanSettings
@@ -24,7 +24,9 @@ from fusion.sensor.presets import default_sensor
 from fusion.sensor.sensor import Sensor
 from fusion.turntable.selfcheck import SelfCheck
 from fusion.turntable.views import Region
-from fusion.volume.prepared import Prepared
+from fusion.volume.prepared import Prepared, fused
+from fusion.volume.unmixed import matching_window, unmixed
+from fusion.volume.volume import VolumeSettings
 
 Array = NDArray[np.float64]
 
@@ -36,7 +38,8 @@ class Pass:
     Attributes:
         name: for messages.
         recording: with corrected depth and the camera that was used.
-        frames: cut to the window of the object, errors of depth taken out; None where one cannot be read.
+        frames: cut to the window of the object, errors of depth and what is mixed sideways (`volume/unmixed.py`) taken
+            out; None where one cannot be read.
         trajectory: (n) `T_object_camera`, NaN for frames that take no part.
         mesh: the object alone, with normals.
         voxel, truncation: that the mesh was made with [m].
@@ -125,6 +128,10 @@ def pass_of(recording: Recording, sensor: Sensor, made: Made) -> Pass:
     told = replace(told, camera=replace(told.camera, fx=fx, fy=fy, cx=cx, cy=cy))
     masks = None if made.mask is None else open_masks(made.mask, told)
     frames = relieved(load(told, sensor, made.region, masks)[0], made.taken_out)
+    low, high = made.mesh.vertices.min(axis=0) - MARGIN, made.mesh.vertices.max(axis=0) + MARGIN
+    around = VolumeSettings(made.voxel, made.truncation, bounds=(corner(low), corner(high)))
+    poses = made.trajectory.poses
+    frames = unmixed(frames, fused(around, frames, poses, "model"), poses, matching_window(sensor, told.camera.fx))
     return Pass(
         name=recording.path.name,
         recording=told,
@@ -137,3 +144,9 @@ def pass_of(recording: Recording, sensor: Sensor, made: Made) -> Pass:
         sensor=sensor.name,
         table=made.table,
     )
+
+
+def corner(point: Array) -> tuple[float, float, float]:
+    """Of a box."""
+    x, y, z = point.tolist()
+    return x, y, z

@@ -19,6 +19,7 @@ from fusion.recording.native.trajectory_file import read_trajectory
 from fusion.recording.open import open_recording
 from fusion.recording.recording import Recording
 from fusion.recording.writing.write import write_recording
+from fusion.scan.finding.model_fit import ModelFit
 from fusion.scan.finding.pair_fit import PairFit
 from fusion.scan.pipeline import scan_turntable
 from fusion.scan.settings import ScanSettings
@@ -103,7 +104,7 @@ def written(left, scan, tmp_path_factory):
 def motion_known(patch, motion):
     """No motion is sought in what follows: it is this one."""
     patch.setattr("fusion.scan.finding.attempt.fit_pairs", lambda *_: PairFit(motion, None, [], None))
-    patch.setattr("fusion.scan.finding.turn.find_motion", lambda *_: motion)
+    patch.setattr("fusion.scan.finding.turn.find_motion", lambda *_: ModelFit(motion))
 
 
 def angle_error_deg(angles, turned_deg):

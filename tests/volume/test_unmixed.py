@@ -70,7 +70,7 @@ def test_a_ball_keeps_its_size(averages: bool) -> None:
     assert abs(off[1]) < 1.2e-4
 
 
-def test_a_guessed_window_is_none() -> None:
+def test_a_guessed_window_is_asked_of_the_frames_too() -> None:
     assert matching_window(SENSOR, 280.0) == MatchingWindow(WIDE, pytest.approx(WINDOW.one_px))
-    assert matching_window(replace(SENSOR, std={}), 280.0).one_px is None
+    assert matching_window(replace(SENSOR, std={}), 280.0) == matching_window(SENSOR, 280.0)
     assert matching_window(Sensor(), 280.0).one_px is None

@@ -1,6 +1,6 @@
 """The motion of every frame against the model of all."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,12 +22,20 @@ from fusion.volume.volume import Volume, VolumeSettings
 Array = NDArray[np.float64]
 
 
-def fit_model(frames: list[Prepared | None], asked: Asked, region: Region, fit: PairFit) -> Motion:
+@dataclass(frozen=True)
+class ModelFit:
+    """A motion, and the last model of all frames with the turns that it was made by; None where none was made."""
+
+    motion: Motion
+    model: tuple[Volume, Turns] | None = None
+
+
+def fit_model(frames: list[Prepared | None], asked: Asked, region: Region, fit: PairFit) -> ModelFit:
     """The motion of pairs made better, where a model of all frames can do so; arguments as of `fit_pairs`."""
     motion, camera = fit.motion, asked.recording.camera
     # a model is sharp only where camera and depth fit the motion, and it has one axis
     if motion.shifts is not None or (motion.camera_check.values != motion.taken_out.values).any():
-        return motion
+        return ModelFit(motion)
     both = zip(frames, fit.pixels, strict=True)
     rays = [None if f is None or p is None else rays_of(f.surface, p) for f, p in both]
     with stage("motion"):
@@ -41,13 +49,13 @@ def fit_model(frames: list[Prepared | None], asked: Asked, region: Region, fit: 
 
 def _finished(
     frames: list[Prepared | None], rays: list[Rays | None], settings: VolumeSettings, motion: Motion, how: How
-) -> Motion:
+) -> ModelFit:
     def model_of(axis: Axis, angles: Array, check: SelfCheck) -> Volume:
         return fused(settings, relieved(frames, check), about_axis(axis, angles), "model")
 
     found = finish(rays, Turns(motion.axis, motion.angles), model_of, motion.taken_out, how)
     sure = replace(motion, axis_std=found.axis_std, size_std=found.size_std)
     if motion.held:  # print tells the axis too: by shape, which blur flattens, those of cylinders came 0.3 mm nearer
-        return sure
+        return ModelFit(sure, found.model)
     moved = replace(sure, axis=found.axis, angles=found.angles, angle_std=found.angle_std)
-    return replace(moved, camera_check=found.check, taken_out=found.check)
+    return ModelFit(replace(moved, camera_check=found.check, taken_out=found.check), found.model)

@@ -91,6 +91,7 @@ class Finished:
     depth that are taken out beside those that the rays have lost already, and the axis' standard deviations (4,):
     tilts [rad] and shifts [m] of the camera along x and y of the object's frame; None where nothing was fitted. The
     same of the size, relative, by all errors of depth that a calibration may have; None where nothing says how large.
+    `model`: the last one, and the turns that it was made with.
     """
 
     axis: Axis
@@ -99,6 +100,7 @@ class Finished:
     check: SelfCheck
     axis_std: Array | None = None
     size_std: float | None = None
+    model: tuple[Volume, Turns] | None = None
 
 
 @dataclass(frozen=True)
@@ -134,6 +136,7 @@ def finish(
     every, alike = bundle(rays), 1.0
     for k in range(rounds):
         last = k == rounds - 1  # the others only have to come near: some frames make their model, some rays meet it
+        turns = Turns(axis, angles)
         volume = build(axis, angles if last else _some_of(angles), check)
         seen = every if last else every.thinned(EARLY_RAYS)
         for _ in range(2):
@@ -155,7 +158,7 @@ def finish(
         open_, left = replace(check, prior=how.doubt), seen.without(check)
         size = size_std(left, Turns(axis, angles), equations(left, Turns(axis, angles), volume, open_), open_)
     known = np.isfinite(angles)
-    return Finished(axis, angles, np.where(known, std, np.nan), check, firm.std[:AXIS] * alike, size)
+    return Finished(axis, angles, np.where(known, std, np.nan), check, firm.std[:AXIS] * alike, size, (volume, turns))
 
 
 def _some_of(angles: Array) -> Array:
