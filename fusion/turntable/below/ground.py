@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
+from fusion.recording.ahead import ahead
 from fusion.turntable.axis import Axis
 from fusion.turntable.tones import contrast
 
@@ -48,15 +49,18 @@ class Ground:
         rays = camera.rays()
         rising, limit = rays @ normal[:2] + normal[2], LEVEL * float(np.linalg.norm(middle))
         square = np.ones((2 * BORDER + 1, 2 * BORDER + 1), np.uint8)
-        views = np.empty((len(depths), self.side, self.side), np.float32)
-        for out, depth, color in zip(views, depths, colors, strict=True):
+
+        def view(k: int) -> Image:
+            depth, color = depths[k], colors[k]
             with np.errstate(invalid="ignore"):
                 level = np.abs(depth * rising - float(middle @ normal)) < limit
             level = cv2.morphologyEx(level.astype(np.uint8), cv2.MORPH_CLOSE, square)
             shown = np.asarray(cv2.remap(color, u, v, cv2.INTER_LINEAR), np.uint8)
             there = cv2.remap(level, u, v, cv2.INTER_NEAREST) * (shown.max(axis=2) > 0)
-            out[:] = contrast(shown, cv2.erode(there, square) > 0)
-        return views
+            return contrast(shown, cv2.erode(there, square) > 0)
+
+        views = [seen() for seen in ahead(view, range(len(depths)))]
+        return np.stack(views) if views else np.zeros((0, self.side, self.side), np.float32)
 
 
 def ground_below(foot: tuple[Array, Array], points: Array, camera: Camera) -> Ground:

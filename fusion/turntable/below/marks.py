@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
+from fusion.recording.ahead import ahead
 from fusion.turntable.below.ground import Ground, Image
 
 Array = NDArray[np.float64]
@@ -51,11 +52,14 @@ def marked(
         colors: (k, h, w, 3) of the same pixels, black where unknown.
     """
     some = np.unique(np.linspace(0, len(frames) - 1, FIRST).round().astype(int))
-    few = [marks_of(seen, ground) for seen in _moving(ground.seen(camera, depths[some], colors[some]))]
+    few = _marks(ground, ground.seen(camera, depths[some], colors[some]))
     if np.median([len(m.at) for m in few]) < FEWEST:
         return None
-    every = _moving(ground.seen(camera, depths, colors))
-    return Marked(ground, {frame: marks_of(seen, ground) for frame, seen in zip(frames, every, strict=True)})
+    return Marked(ground, dict(zip(frames, _marks(ground, ground.seen(camera, depths, colors)), strict=True)))
+
+
+def _marks(ground: Ground, views: NDArray[np.float32]) -> list[Marks]:
+    return [found() for found in ahead(lambda seen: marks_of(seen, ground), _moving(views))]
 
 
 def _moving(views: NDArray[np.float32]) -> NDArray[np.float32]:
