@@ -123,6 +123,14 @@ def test_edges_join_neighbours_that_tell_and_both_turns(step):
     assert (~near).any() and set(np.ravel(edges)) == set(range(len(angles))) - {4}
 
 
+def test_partners_within_a_turn_are_found_where_those_of_other_turns_are_nearer():
+    angles = np.deg2rad(18.46 * np.arange(60))  # a log of three turns, refused as "no two views overlap"
+    edges = choose_edges(angles, per_frame=4, farthest=np.pi)
+    turn = np.array([angles[j] - angles[i] for i, j in edges])
+    assert (np.abs(turn) < np.deg2rad(35) + 1e-6).all() and set(np.ravel(edges)) == set(range(60))
+    assert (np.abs([angles[j] - angles[i] for i, j in choose_edges(angles, per_frame=4)]) > np.pi).all()
+
+
 def test_a_recording_of_small_steps_over_a_small_turn_stays_connected():
     edges = choose_edges(np.deg2rad(np.arange(0.0, 6.0)))
     assert edges == [(k, k + 1) for k in range(5)]

@@ -74,7 +74,9 @@ class _System:
         self.squares, self.fitting, self.visible = np.zeros((3, self.n))
 
 
-def choose_edges(angles: Array, widest: float = np.deg2rad(35), per_frame: int = 6) -> list[tuple[int, int]]:
+def choose_edges(
+    angles: Array, widest: float = np.deg2rad(35), per_frame: int = 6, farthest: float = np.inf
+) -> list[tuple[int, int]]:
     """Pairs of frames (i, j) whose views overlap.
 
     Errors that stand still in the image pull a small turn towards zero, so neighbours closer than 8 degrees are left
@@ -84,12 +86,13 @@ def choose_edges(angles: Array, widest: float = np.deg2rad(35), per_frame: int =
         angles: (n,) unwrapped [rad], NaN for frames left out.
         widest: largest turn between the two [rad]; half as much again where nothing is nearer on that side.
         per_frame: how many partners to give a frame.
+        farthest: turn between the two with all whole turns counted [rad].
     """
     closest = np.deg2rad(8)
     known = np.flatnonzero(np.isfinite(angles))
     edges: set[tuple[int, int]] = set()
     for position, i in enumerate(known):
-        others = known[known != i]
+        others = known[(known != i) & (np.abs(angles[known] - angles[i]) < farthest)]
         turn = _wrap(angles[others] - angles[i])
         telling = (np.abs(turn) >= closest) | (np.abs(angles[others] - angles[i]) > np.pi)
         picks: set[int] = set()

@@ -48,9 +48,8 @@ def together(
 
 def _begun(seen: ViewStack, motion: Turns, settings: LoopSettings, check: SelfCheck) -> Loop:
     """The turns one after the other from a first guess."""
-    angles = motion[1]
-    local = [(i, j) for i, j in choose_edges(angles, per_frame=4) if abs(angles[j] - angles[i]) < np.pi]
-    return close_loop(seen, motion, local, settings, check)
+    # partners of other turns may be nearer than all of the same one
+    return close_loop(seen, motion, choose_edges(motion.angles, per_frame=4, farthest=np.pi), settings, check)
 
 
 def _close_turns(seen: ViewStack, fit: Loop) -> Array:
