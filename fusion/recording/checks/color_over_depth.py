@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy import fft
 
 from fusion.recording.looking.finding import Finding
 from fusion.recording.looking.sample import Sample
@@ -114,16 +113,16 @@ def _moved(shown: Sequence[tuple[Image, Image]], scale: float) -> ColorFit:
     """The best shift at one scale: sums over frames by the convolution theorem."""
     h, w = shown[0][0].shape
     x, y = round(ACROSS * w), round(DOWN * w)
-    size = (fft.next_fast_len(h + y), fft.next_fast_len(w + x))
+    size = (cv2.getOptimalDFTSize(h + y), cv2.getOptimalDFTSize(w + x))
     enlarge = np.array([[scale, 0, (1 - scale) * (w - 1) / 2], [0, scale, (1 - scale) * (h - 1) / 2]])
     there = cv2.warpAffine(np.ones((h, w), np.float32), enlarge, (w, h))
-    seen = fft.rfft2(there, size)
+    seen = np.fft.rfft2(there, size)
     under, over = np.zeros(size), np.zeros(size)  # sum of edges under rims, rims that meet the image
     for rims, edges in shown:
         moved = cv2.warpAffine(edges, enlarge, (w, h))
-        asked = np.conj(fft.rfft2(rims, size))
-        under += fft.irfft2(asked * fft.rfft2((moved - moved[there > 0].mean()) * there, size), size)
-        over += fft.irfft2(asked * seen, size)
+        asked = np.conj(np.fft.rfft2(rims, size))
+        under += np.fft.irfft2(asked * np.fft.rfft2((moved - moved[there > 0].mean()) * there, size), size)
+        over += np.fft.irfft2(asked * seen, size)
     least = sum(float(rims.sum()) for rims, _ in shown) / 4
     fit = np.roll(under / np.sqrt(np.maximum(over, least)), (y, x), axis=(0, 1))[: 2 * y + 1, : 2 * x + 1]
     middle = np.median(fit)

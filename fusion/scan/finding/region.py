@@ -80,11 +80,8 @@ def find_region(
     both = np.stack([depths[k] for k in seen]), np.stack([color for color in colors if color is not None])
     below = marked(ground_below(foot, moving.points, camera), camera, [frames[k] for k in seen], *both)
     # marks that tell nothing would be looked for again with every camera that is tried
-    return (
-        region
-        if told_below(below, [] if below is None else list(below.marks.values())) is None
-        else replace(region, below=below)
-    )
+    tell = below is not None and told_below(below, list(below.marks.values())) is not None
+    return replace(region, below=below) if tell else region
 
 
 def _foot(moving: Moving, camera: Camera, depths: list[NDArray[np.float32]]) -> tuple[Array, Array] | None:

@@ -7,9 +7,9 @@ import numpy as np
 
 from fusion.calibration.lens.fit.solve import LensSolution
 from fusion.geometry.pose import Array
+from fusion.recording.checks.intrinsics import OFF_CENTRE
 
-# square to 0.5 % in every published calibration of a depth camera; the doctor's bound for the middle
-SQUARE, MIDDLE = 0.01, 0.15
+SQUARE = 0.01  # by which sides of pixels differ at most (guess)
 SURE = 4.0  # standard deviations, which boards that contradict each other understate
 
 
@@ -30,7 +30,7 @@ def unusual(solution: LensSolution, covariance: Array, size: tuple[int, int]) ->
         found.append(f"fx and fy differ by {abs(ratio):.1%} (+- {sigma:.1%}) and pixels are square")
     for name, at, sigma, side in zip(("cx", "cy"), middle, std[2:4], size, strict=True):
         off = at - (side - 1) / 2
-        if abs(off) > max(MIDDLE * side, SURE * sigma):
+        if abs(off) > max(OFF_CENTRE * side, SURE * sigma):
             found.append(f"{name} is {abs(off):.0f} px (+- {sigma:.0f}) from the middle of the picture")
     do = "hold the board flat and still and tilt it to all sides, unless the pictures were stretched or cut"
     return [f"the camera is like no other: {', '.join(found)}: {do}"] if found else []
