@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dpstrf
+from scipy.spatial.distance import cdist
 
 Matrix = NDArray[np.float64]
 
@@ -46,8 +47,7 @@ def bow(points: Matrix, others: Matrix, sigma_m: float) -> Matrix:
 
 def bend(points: Matrix, others: Matrix, length_m: float) -> Matrix:
     """Covariance (n, m) of a shape of unit size that changes over one length, between (n, 3) and (m, 3) points [m]."""
-    apart = ((points[:, None] - others[None]) ** 2).sum(axis=-1)
-    return np.asarray(np.exp(-0.5 * apart / length_m**2))
+    return np.asarray(np.exp(-0.5 / length_m**2 * cdist(points, others, "sqeuclidean")))
 
 
 def bending(points: Matrix, length_m: float) -> Matrix:
@@ -66,7 +66,7 @@ def drifting(at: Matrix, side: float, width: float) -> Matrix:
         side, width: of the squares and of the image [px].
     """
     places, number = np.unique(at, axis=0, return_inverse=True)
-    apart = np.sqrt(3.0 * ((places[:, None] - places[None]) ** 2).sum(axis=-1))
+    apart = 3.0**0.5 * cdist(places, places)
     lengths = [max(share * width, SMOOTH * side) for share in DRIFTS]
     # Matern, 3/2: once differentiable, as what nobody knows should be; Gaussian bells would foresee all of its bends
     field = np.mean([(1.0 + apart / length) * np.exp(-apart / length) for length in lengths], axis=0)

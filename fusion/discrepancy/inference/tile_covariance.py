@@ -196,15 +196,15 @@ def _known(observations: Observations) -> list[Vector]:
     columns = []
     sensor = observations.sensor
     for effect in sensor.effects:
+        if not effect.changes("bias") or effect.frozen:
+            continue
+        others = []
         for name, about in parameters(effect).items():
-            std = float(np.max(sensor.std.get((effect.name, name), 0.0)))
-            value = getattr(effect, name)
-            if not effect.changes("bias") or effect.frozen or std <= 0 or np.ndim(value):
-                continue
-            step = std if value + std <= about.high else -std
-            moved: dict[str, Any] = {name: float(value) + step}
-            other = replace(effect, **moved)
-            column = observations.columns([other])[:, 0] - observations.columns([effect])[:, 0]
-            if np.any(column):
-                columns.append(column)
+            std, value = float(np.max(sensor.std.get((effect.name, name), 0.0))), getattr(effect, name)
+            if std > 0 and not np.ndim(value):
+                step: dict[str, Any] = {name: float(value) + (std if value + std <= about.high else -std)}
+                others.append(replace(effect, **step))
+        if others:
+            own, *moved = observations.columns([effect, *others]).T
+            columns += [other - own for other in moved if np.any(other != own)]
     return columns
