@@ -17,7 +17,7 @@ SAME = 16  # power of a correlation of patterns: only squares that see the very 
 HARMONICS = 12  # of a saw-tooth: what the others leave out is a hundredth of a step
 FAINT = 1e-3  # of a step: harmonics that noise has faded so far are none
 ORDERS = 40  # of a correlation: what tiles share beyond is next to nothing, and counts as each one's own
-NOTHING = 1e-9  # of the size of an error: what an order adds to a covariance is the square of it, and rounding
+NOTHING = 1e-8  # of a step, or of the size of an error: what it adds to a covariance is the square of it
 
 
 def rounding_covariance(observations: Observations, before: Matrix, patterns: Matrix, law: float = 0.0) -> Matrix:
@@ -103,11 +103,13 @@ def _speckled(patch: Patch, speckle: Effect) -> Matrix:
     with np.errstate(all="ignore"):
         moved = speckle.noise(unrounded.mean, patch.view) / unrounded.step
         turned = float(np.nanmedian(np.where(tiles.label >= 0, moved, np.nan)))
-        total = np.zeros((len(tiles), len(tiles)))
+        total, usual = np.zeros((len(tiles), len(tiles))), np.max(tiles.mean(unrounded.step * np.abs(patch.native)))
         for k in range(1, HARMONICS + 1) if turned else ():
             phase = (2 * np.pi * k * turned) ** 2
             # about the mean that is predicted, which is that of all speckle
             size = np.sqrt(tiles.mean(_height(patch, unrounded.spread, k) ** 2) * -0.5 * np.expm1(-phase))
+            if np.max(size) < NOTHING * usual:
+                break
             window = speckle.window(patch.view) * 2 * (1 / phase - 1 / np.expm1(phase))
             total += np.outer(size, size) * covariance.grain(tiles.cell, tiles.cell, tiles.side, window)
     return total

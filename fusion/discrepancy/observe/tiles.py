@@ -28,10 +28,10 @@ class Tiling:
     def mean(self, image: Image) -> NDArray[np.float64]:
         """(n,) mean of an image (h, w) over each tile; what is NaN counts as 0."""
         values = np.broadcast_to(image, self.label.shape).ravel()
-        return np.asarray(self._members @ np.where(np.isfinite(values), values, 0)) / self.pixels
+        return np.asarray(self.members @ np.where(np.isfinite(values), values, 0)) / self.pixels
 
     @cached_property
-    def _members(self) -> csr_array:
+    def members(self) -> csr_array:
         """(n, h w) 1 for every pixel that is used, in the row of its tile."""
         used = np.flatnonzero(self.label >= 0)
         number = self.label.ravel()[used]

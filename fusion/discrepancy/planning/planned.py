@@ -49,7 +49,7 @@ class Planned:
 
 
 @dataclass
-class Views:
+class MenuViews:
     """What stands before a camera in scenes of the menu, each seen once from each pose."""
 
     camera: Camera
@@ -70,7 +70,7 @@ class Views:
         return self._seen[key]
 
 
-def planned(choice: Choice, like: Sequence[FrameBlock], views: Views) -> Planned | None:
+def planned(choice: Choice, like: Sequence[FrameBlock], views: MenuViews) -> Planned | None:
     """The choice seen by a sensor with the camera and the care of the blocks at hand; None where nothing is seen."""
     sensor = views.sensor
     blocks = [_block_of(setup, like, views) for setup in choice.setups()]
@@ -78,7 +78,7 @@ def planned(choice: Choice, like: Sequence[FrameBlock], views: Views) -> Planned
     return Planned(choice, observations) if len(observations.residual) > 20 else None
 
 
-def _block_of(setup: Setup, like: Sequence[FrameBlock], views: Views) -> FrameBlock:
+def _block_of(setup: Setup, like: Sequence[FrameBlock], views: MenuViews) -> FrameBlock:
     camera, sensor, view = views.camera, views.sensor, views.of(setup.scene, setup.pose)
     known = np.isfinite(like[0].view.moment.temperature)
     celsius = setup.celsius if known else float("nan")

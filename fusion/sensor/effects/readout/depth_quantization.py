@@ -12,6 +12,7 @@ from fusion.sensor.view import Image, View
 
 CALM = 0.25  # of a step: noise that reaches no second edge; what is beyond it is eight standard deviations away
 WAVES = 5  # of a saw-tooth behind more noise: the sixth is 1e-19 of a step
+FADED = 1e-17  # of a wave: rounding
 
 
 @dataclass(frozen=True)
@@ -94,13 +95,15 @@ def _by_tails(x: Image, sigma: Image) -> tuple[Image, Image]:
 
 def _by_waves(x: Image, sigma: Image) -> tuple[Image, Image]:
     """The same by the series of the saw-tooth round(x) - x, whose waves noise fades (Widrow and Kollar, 2008)."""
-    turned = whole = -np.exp(2j * np.pi * x)
-    fades = faded = np.exp(-2 * (np.pi * sigma) ** 2)
-    step = fades**2
+    sine, cosine = -np.sin(2 * np.pi * x), -np.cos(2 * np.pi * x)
+    s, c, fades = sine, cosine, np.exp(-2 * (np.pi * sigma) ** 2)
+    faded, step = fades, fades**2
     bias, square, wide = np.zeros_like(x), sigma**2 + 1 / 12, 4 * sigma**2
     for k in range(1, WAVES + 1):
-        bias += faded * whole.imag / (np.pi * k)
-        square += faded * whole.real * (wide + 1 / (np.pi * k) ** 2)
-        whole, fades = whole * turned, fades * step
+        bias += faded * s / (np.pi * k)
+        square += faded * c * (wide + 1 / (np.pi * k) ** 2)
+        s, c, fades = s * cosine + c * sine, c * cosine - s * sine, fades * step
         faded = faded * fades
+        if not np.any(faded > FADED):
+            break
     return x + bias, np.sqrt(np.maximum(square - bias**2, 0.0))
