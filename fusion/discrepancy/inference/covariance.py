@@ -23,9 +23,8 @@ def grain(cell: NDArray[np.intp], other: NDArray[np.intp], side: int, window_px:
     Pixels d apart correlate with 1 - d / window in each direction. Diagonal: variance of a square's mean over that of
     a pixel.
     """
-    reach = int(max(np.abs(cell[:, None] - other[None]).max(initial=0), 1))
-    along = np.array([_between(side, k, window_px) for k in range(reach + 1)])
     steps = np.abs(cell[:, None, :] - other[None, :, :])
+    along = _between(side, int(steps.max(initial=0)), window_px)
     return along[steps[..., 0]] * along[steps[..., 1]]
 
 
@@ -75,8 +74,8 @@ def drifting(at: Matrix, side: float, width: float) -> Matrix:
     return np.asarray((vectors[:, kept] * np.sqrt(values[kept]))[number.ravel()])
 
 
-def _between(side: int, steps: int, window: float) -> float:
-    """Mean correlation along one direction between the pixels of two squares, `steps` squares apart."""
-    i = np.arange(side)
-    apart = np.abs(i[:, None] - i[None] + steps * side)
-    return float(np.maximum(1.0 - apart / max(window, 1.0), 0.0).mean())
+def _between(side: int, most: int, window: float) -> NDArray[np.float64]:
+    """(most + 1,) mean correlation along one direction between the pixels of squares 0, 1, ... squares apart."""
+    by = np.arange(1 - side, side)  # of a pixel's place in its square, in as many pairs
+    apart = np.abs(side * np.arange(most + 1)[:, None] + by)
+    return np.asarray(np.maximum(1.0 - apart / max(window, 1.0), 0.0) @ (side - np.abs(by))) / side**2
