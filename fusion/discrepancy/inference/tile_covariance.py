@@ -49,9 +49,8 @@ class TileCovariance:
     @cached_property
     def inverse(self) -> NDArray[np.float64]:
         """(n, n) inverse of the covariance."""
-        lower, _ = dpotri(self.root, lower=1)
-        lower = np.tril(lower)
-        return np.asarray(lower + np.tril(lower, -1).T)
+        lower, _ = dpotri(self.root, lower=1)  # above the diagonal it holds nothing, as the factor does
+        return np.asarray(lower + lower.T - np.diag(np.diag(lower)))
 
     def pulled(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """Whitened vectors (n,) or (n, k) as the weights of the tiles that they are products with."""
