@@ -57,7 +57,7 @@ class TileCovariance:
         return np.asarray(solve_triangular(self.root, values, lower=True, trans="T", check_finite=False))
 
     def visible(self, values: NDArray[np.float64]) -> float:
-        """Share of the norm of a vector (n,) that poses and known parameters leave to be seen."""
+        """Share of the norm of vectors (n,) or (n, k) that poses and known parameters leave to be seen."""
         free = solve_triangular(self.bare, values, lower=True, check_finite=False)
         return float(np.linalg.norm(self.whiten(values))) / max(float(np.linalg.norm(free)), 1e-300)
 
