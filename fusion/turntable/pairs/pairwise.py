@@ -74,7 +74,7 @@ def twists(
         ),
         read_only(tones), seen.images, read_only(seen.views[0].map.camera.parameters),
         read_only(np.asarray(centre, np.float32)), read_only(np.array(how, np.float32)),
-        np.empty((len(edges), BLOCK, 2), np.float32), sums,
+        np.empty((len(edges), BLOCK, 3), np.float32), sums,
     )  # fmt: skip
     both = sums[:, :MATRIX] + sums[:, MATRIX : 2 * MATRIX]
     visible, pairs, far, odds, _, printed, product, own, other, off = sums[:, -COUNTS:].T
