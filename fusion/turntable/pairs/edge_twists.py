@@ -95,7 +95,6 @@ def twist_sums(
     centre: F32,  # (3,) about which the motion turns, in the model's frame
     limits: F32,  # (7,) reach [m], least cosine, stride of the maps, scale of sigma, tone (see `Limits`), most points,
     # stated over true focal length
-    place: F32_3,  # (m, BLOCK, 3) to work with
     sums: F64_2,  # (m, WIDTH) zeros, out
 ):
     """Equations of each pair's motion, and counts."""
@@ -110,6 +109,7 @@ def twist_sums(
             middle = vec3(centre[0], centre[1], centre[2])
             step = ti.max(1, (first[i + 1] - first[i]) // ti.cast(limits[5], ti.i32))
             count = (first[i + 1] - first[i]) // step
+            right, down, sigma = ti.Vector([0.0] * BLOCK), ti.Vector([0.0] * BLOCK), ti.Vector([0.0] * BLOCK)
             for block in range((count + BLOCK - 1) // BLOCK):
                 begin, end = first[i] + block * BLOCK * step, ti.min(BLOCK, count - block * BLOCK)
                 # places first, then what lies there: so short a loop has many of them under way, and memory answers while
@@ -120,17 +120,17 @@ def twist_sums(
                     x, y = project(q[0] / q[2] / limits[6], q[1] / q[2] / limits[6], lens, True)
                     x, y = x / limits[2], y / limits[2]
                     u, v = ti.floor(x + 0.5, ti.i32), ti.floor(y + 0.5, ti.i32)
-                    inside = q[2] > 0.05 and 0 <= u < maps.shape[2] and 0 <= v < maps.shape[1]
-                    place[e, k, 0], place[e, k, 1] = ti.select(inside, x, NOWHERE), y
+                    inside = (q[2] > 0.05) & (u >= 0) & (u < maps.shape[2]) & (v >= 0) & (v < maps.shape[1])
+                    right[k], down[k] = ti.select(inside, x, NOWHERE), y
                 for k in range(end):
-                    if place[e, k, 0] > NOWHERE:
-                        u, v = ti.floor(place[e, k, 0] + 0.5, ti.i32), ti.floor(place[e, k, 1] + 0.5, ti.i32)
-                        place[e, k, 2] = maps[j, v, u, 6]
+                    if right[k] > NOWHERE:
+                        u, v = ti.floor(right[k] + 0.5, ti.i32), ti.floor(down[k] + 0.5, ti.i32)
+                        sigma[k] = maps[j, v, u, 6]
                         if not maps[j, v, u, 2] > 0.0:
-                            place[e, k, 0] = NOWHERE
+                            right[k] = NOWHERE
                 for k in range(end):
-                    if place[e, k, 0] > NOWHERE:
-                        at, x, y = begin + k * step, place[e, k, 0], place[e, k, 1]
+                    if right[k] > NOWHERE:
+                        at, x, y = begin + k * step, right[k], down[k]
                         u, v = ti.floor(x + 0.5, ti.i32), ti.floor(y + 0.5, ti.i32)
                         p = vec3(sources[at, 0] * limits[6], sources[at, 1] * limits[6], sources[at, 2])
                         q = R @ p + t
@@ -142,8 +142,8 @@ def twist_sums(
                         if near or not hidden:
                             _count(sums, e, VISIBLE, 1.0)
                         if near:
-                            wide = ti.math.isnan(place[e, k, 2])
-                            spread = sources[at, 6] ** 2 + (0.0 if wide else place[e, k, 2] ** 2)
+                            wide = ti.math.isnan(sigma[k])
+                            spread = sources[at, 6] ** 2 + (0.0 if wide else sigma[k] ** 2)
                             spread = ti.max(ti.abs(n.dot(there)) / there.norm() * ti.sqrt(spread), 1e-5)
                             _add_shape(sums, e, R, p, there, q - middle, n, n.dot(q - there), spread, limits)
                             if images.shape[0] > 0:
