@@ -15,6 +15,7 @@ vec3 = ti.types.vector(3, ti.f32)
 ERRORS = len(DEPTH)
 terms_type = ti.types.vector(ERRORS, ti.f32)
 BLOCK = 64  # points
+COLUMNS = 5 + 3 + ERRORS  # derivatives of a pair
 NOWHERE = -1  # as a pixel
 HIDDEN, SEEN, PAIRED = 0, 1, 2  # the model's camera cannot tell; sees the place, and no partner there; a pair
 
@@ -106,6 +107,25 @@ def _by_camera(
                 out[e, k, 10 + s] = change[s]
 
 
+@func
+def _find_pixels(
+    out: ti.template(), R: ti.template(), t: ti.template(), begin: ti.i32, end: ti.i32, sources: ti.template(),
+    maps: ti.template(), camera: ti.template(), limits: ti.template(),
+):  # fmt: skip
+    """In which pixel of a map points lie, NOWHERE outside.
+
+    What lies there is looked up in a loop of its own: so short a one has many under way, and memory answers while it
+    goes on.
+    """
+    for k in range(end):
+        at = begin + k
+        q = R @ _corrected(sources[at, 0], sources[at, 1], sources[at, 2], camera) + t
+        x, y = project(q[0] / q[2], q[1] / q[2], ti.static(camera.lens), True)
+        u, v = ti.floor(x / limits[2] + 0.5, ti.i32), ti.floor(y / limits[2] + 0.5, ti.i32)
+        inside = (q[2] > 0.05) & (u >= 0) & (u < maps.shape[2]) & (v >= 0) & (v < maps.shape[1])
+        out[k] = ti.select(inside, v * maps.shape[2] + u, NOWHERE)
+
+
 @kernel
 def pair_edges(
     views: PairedViews,
@@ -117,7 +137,7 @@ def pair_edges(
 ):
     """What becomes of each point of each edge's source."""
     edges, poses, first, maps = ti.static((views.edges, views.poses, views.first, views.maps))
-    sources, lens = ti.static((views.sources, camera.lens))
+    sources = ti.static(views.sources)
     for part in range(edges.shape[0] * SPLIT):
         if part % SPLIT == 0:
             e = part // SPLIT
@@ -129,17 +149,7 @@ def pair_edges(
             for block in range((code.shape[1] + BLOCK - 1) // BLOCK):
                 rest = block * BLOCK
                 end = ti.max(ti.min(BLOCK, points - rest), 0)
-                # pixels first, then what lies there: so short a loop has many of them under way, and memory answers
-                # while it goes on
-                for k in range(end):
-                    at = begin + rest + k
-                    p = _corrected(sources[at, 0], sources[at, 1], sources[at, 2], camera)
-                    q = R @ p + t
-                    x, y = project(q[0] / q[2], q[1] / q[2], lens, True)
-                    u = ti.floor(x / limits[2] + 0.5, ti.i32)
-                    v = ti.floor(y / limits[2] + 0.5, ti.i32)
-                    inside = (q[2] > 0.05) & (u >= 0) & (u < width) & (v >= 0) & (v < maps.shape[1])
-                    at_pixel[k] = ti.select(inside, v * width + u, NOWHERE)
+                _find_pixels(at_pixel, R, t, begin + rest, end, sources, maps, camera, limits)
                 for k in range(ti.min(BLOCK, code.shape[1] - rest)):
                     code[e, rest + k] = ti.cast(HIDDEN, ti.i8)
                 for k in range(end):
@@ -184,6 +194,7 @@ def sum_edges(
         if part % SPLIT == 0:
             e = part // SPLIT
             squares, fitting, visible = ti.cast(0.0, ti.f64), 0, 0
+            d, sums = ti.Vector([0.0] * COLUMNS), ti.Vector([0.0] * (COLUMNS * (COLUMNS + 1) // 2), ti.f64)
             for k in range(code.shape[1]):
                 if scale[e] > 0.0 and code[e, k] > HIDDEN:
                     visible += 1
@@ -195,10 +206,13 @@ def sum_edges(
                             fitting += 1
                             squares += residual * residual
                             for a in range(columns.shape[0]):
-                                i = columns[a]
-                                weighted = (inside / spread) ** 2 * out[e, k, 2 + i]
-                                g[e, i] = g[e, i] + weighted * residual
+                                d[a] = out[e, k, 2 + columns[a]]
+                            for a in range(columns.shape[0]):
+                                weighted = (inside / spread) ** 2 * d[a]
+                                g[e, columns[a]] = g[e, columns[a]] + weighted * residual
                                 for b in range(a + 1):
-                                    j = columns[b]
-                                    H[e, i, j] = H[e, i, j] + weighted * out[e, k, 2 + j]
+                                    sums[a * (a + 1) // 2 + b] = sums[a * (a + 1) // 2 + b] + weighted * d[b]
             totals[e, 0], totals[e, 1], totals[e, 2] = squares, fitting, visible
+            for a in range(columns.shape[0]):
+                for b in range(a + 1):
+                    H[e, columns[a], columns[b]] = sums[a * (a + 1) // 2 + b]

@@ -86,6 +86,23 @@ def _add_print(
                 _add(sums, e, MATRIX, d, 1.0 / (limits[4] * limits[4] * (1.0 + ratio * ratio)), off)
 
 
+@func
+def _find_places(
+    right: ti.template(), down: ti.template(), R: ti.template(), t: ti.template(), begin: ti.i32, step: ti.i32,
+    end: ti.i32, sources: ti.template(), maps: ti.template(), lens: ti.template(), limits: ti.template(),
+):  # fmt: skip
+    """Where in a map points lie, NOWHERE to the right outside; what is there is looked up in a loop of its own, see
+    `edge_pairs`."""
+    for k in range(end):
+        at = begin + k * step
+        q = R @ vec3(sources[at, 0] * limits[6], sources[at, 1] * limits[6], sources[at, 2]) + t
+        x, y = project(q[0] / q[2] / limits[6], q[1] / q[2] / limits[6], lens, True)
+        x, y = x / limits[2], y / limits[2]
+        u, v = ti.floor(x + 0.5, ti.i32), ti.floor(y + 0.5, ti.i32)
+        inside = (q[2] > 0.05) & (u >= 0) & (u < maps.shape[2]) & (v >= 0) & (v < maps.shape[1])
+        right[k], down[k] = ti.select(inside, x, NOWHERE), y
+
+
 @kernel
 def twist_sums(
     views: PairedViews,
@@ -112,16 +129,7 @@ def twist_sums(
             right, down, sigma = ti.Vector([0.0] * BLOCK), ti.Vector([0.0] * BLOCK), ti.Vector([0.0] * BLOCK)
             for block in range((count + BLOCK - 1) // BLOCK):
                 begin, end = first[i] + block * BLOCK * step, ti.min(BLOCK, count - block * BLOCK)
-                # places first, then what lies there: so short a loop has many of them under way, and memory answers while
-                # it goes on
-                for k in range(end):
-                    at = begin + k * step
-                    q = R @ vec3(sources[at, 0] * limits[6], sources[at, 1] * limits[6], sources[at, 2]) + t
-                    x, y = project(q[0] / q[2] / limits[6], q[1] / q[2] / limits[6], lens, True)
-                    x, y = x / limits[2], y / limits[2]
-                    u, v = ti.floor(x + 0.5, ti.i32), ti.floor(y + 0.5, ti.i32)
-                    inside = (q[2] > 0.05) & (u >= 0) & (u < maps.shape[2]) & (v >= 0) & (v < maps.shape[1])
-                    right[k], down[k] = ti.select(inside, x, NOWHERE), y
+                _find_places(right, down, R, t, begin, step, end, sources, maps, lens, limits)
                 for k in range(end):
                     if right[k] > NOWHERE:
                         u, v = ti.floor(right[k] + 0.5, ti.i32), ti.floor(down[k] + 0.5, ti.i32)
