@@ -112,7 +112,7 @@ def _of_matrix(fields: Fields, path: Path) -> Camera:
     return made_camera(width, height, (K[0], K[4], K[2], K[5]), str(model), lens, str(path))
 
 
-def _read(path: Path) -> dict[str, Any]:
+def _read(path: Path) -> Fields:
     text = read_text(path, RecordingError, "the camera file")
     if any(mark in text for mark in OPENCV):
         return _of_opencv(text, path)
@@ -128,7 +128,7 @@ def _read(path: Path) -> dict[str, Any]:
     return content
 
 
-def _of_opencv(text: str, path: Path) -> dict[str, Any]:
+def _of_opencv(text: str, path: Path) -> Fields:
     try:
         storage = cv2.FileStorage(text, cv2.FILE_STORAGE_READ | cv2.FILE_STORAGE_MEMORY)
         root = storage.root()
