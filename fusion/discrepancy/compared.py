@@ -21,7 +21,7 @@ Vector = NDArray[np.float64]
 def cleaned(covariance: TileCovariance, white: Vector) -> Vector:
     """(n,) native units: what stays of whitened tiles when the likeliest pose and known-parameter errors are undone."""
     inverse = solve_triangular(covariance.root, white, lower=True, trans="T", check_finite=False)
-    return np.asarray(covariance.bare @ (covariance.bare.T @ inverse))
+    return np.asarray(covariance.free @ inverse)
 
 
 def beyond_noise(white: Vector, metres: Vector) -> float:

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import gammaincinv
 
 from fusion.calibration.noise.ambient import AmbientEstimate
 from fusion.evaluation.near_limit import NearLimit
@@ -92,7 +92,7 @@ def _axial(look: StretchLook) -> float:
 def _typical(look: StretchLook) -> float:
     """Noise [m] of a pixel in the middle: a standard deviation of few frames is mostly too small (chi's median)."""
     free = max(look.still.frames - 1, 1)
-    return float(np.nanmedian(look.still.depth.std) / np.sqrt(chi2.median(free) / free))
+    return float(np.nanmedian(look.still.depth.std) / np.sqrt(2 * gammaincinv(free / 2, 0.5) / free))
 
 
 def _valid(found: Evaluation) -> str:

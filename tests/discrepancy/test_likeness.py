@@ -5,12 +5,12 @@ import pytest
 from made_up_walls import WALLS, looks_at, sensor_of
 
 from fusion.discrepancy.inference.tile_covariance import covariance_of
-from fusion.discrepancy.likeness import likeness
 from fusion.discrepancy.naming.naming import name_effects
 from fusion.discrepancy.naming.search.candidates import candidates_of
 from fusion.discrepancy.observe.observations import observe
 from fusion.errors import FusionError
 from fusion.sensor.effects.phase.cyclic_error import CyclicError
+from tools.reproduce.likeness import likeness
 
 MANY = [*WALLS, *((z + 0.15, a - 10, b + 5) for z, a, b in WALLS)]
 

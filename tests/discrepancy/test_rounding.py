@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from made_up_walls import WALLS, look_at, looks_at
 
-from fusion.discrepancy.inference.rounding import _products, rounding_covariance
+from fusion.discrepancy.inference.rounding import _added, rounding_covariance
 from fusion.discrepancy.inference.tile_covariance import MeasuredTiles, covariance_of
 from fusion.discrepancy.naming.search.bounds import tweaked
 from fusion.discrepancy.naming.search.candidates import candidates_of
@@ -60,11 +60,11 @@ def test_products_are_those_of_many_draws():
 
     off = behind(e) - behind(np.zeros(5))
     whole, nothing = root @ root.T, np.zeros((5, 5))
-    assert _products(waves, turns, whole, nothing) == pytest.approx(off.T @ off / len(e), abs=0.1)  # 10 std
+    assert whole + _added(waves, turns, whole, nothing) == pytest.approx(off.T @ off / len(e), abs=0.1)  # 10 std
     off = behind(e + more) - behind(np.zeros(5))
     slopes = np.mean((off * (e + more)), axis=0) / np.diag(whole + law @ law.T)
     off = off.T @ off / len(e) - np.outer(slopes, slopes) * (law @ law.T)
-    assert _products(waves, turns, whole, law @ law.T) == pytest.approx(off, abs=0.3)
+    assert whole + _added(waves, turns, whole, law @ law.T) == pytest.approx(off, abs=0.3)
 
 
 def test_speckle_moves_pixels_to_other_steps():

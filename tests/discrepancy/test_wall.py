@@ -25,7 +25,7 @@ def recording(tmp_path):
 
 def test_the_wall_stands_where_the_laser_says_and_is_turned_as_it_is_seen(recording):
     found = wall_of(recording)
-    assert found is not None and found.sigma_rad > 0.05
+    assert found is not None
     a, b, c = (found.mesh.vertices[i] for i in found.mesh.faces[len(found.mesh.faces) // 2])
     normal = np.cross(b - a, c - a)
     normal /= np.linalg.norm(normal)
@@ -33,6 +33,7 @@ def test_the_wall_stands_where_the_laser_says_and_is_turned_as_it_is_seen(record
     assert normal @ a / normal[2] == pytest.approx(1.2, abs=1e-6)
     assert np.rad2deg(np.arccos(abs(normal[2]))) == pytest.approx(10.0, abs=0.1)
     stage = stage_of(recording, 0)
+    assert stage.sigma_rad > 0.05
     view = stage.caster.view(recording.camera, np.eye(4))
     assert np.isfinite(view.depth).all()
     ratio = recording[0].depth / view.depth

@@ -14,7 +14,6 @@ import tempfile
 from pathlib import Path
 
 from fusion.discrepancy.inference.tile_covariance import covariance_of
-from fusion.discrepancy.likeness import Likeness, likeness
 from fusion.discrepancy.observe.frame_block import blocks_of, wanted_channels
 from fusion.discrepancy.observe.observations import Observations, observe
 from fusion.discrepancy.observe.stage import stage_of
@@ -22,6 +21,7 @@ from fusion.geometry.camera import Principle
 from fusion.recording.open import open_recording
 from fusion.sensor.files.sensor_file import read_sensor
 from fusion.sensor.sensor import Sensor
+from tools.reproduce.likeness import Likeness, likeness
 
 PROGRAM = [sys.executable, "-c", "import sys; from fusion.commands.main import main; sys.exit(main())"]
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from fusion.discrepancy.channels.channel_step import ChannelStep
 from fusion.discrepancy.channels.losses import loss_step
@@ -81,7 +81,7 @@ def _step(sensor: Sensor, seen: Validity, forms: Sequence[LostForm]) -> tuple[Se
         return None
     best = min(tried, key=lambda one: float(one.costs.sum()))
     gain = float(before.sum() - best.costs.sum())
-    probability = float(min(1.0, len(tried) * len(SIZES) * chi2.sf(max(gain, 0.0), 1)))
+    probability = float(min(1.0, len(tried) * len(SIZES) * chdtrc(1, max(gain, 0.0))))
     excess = float(before.sum()) - len(now)
     change = best.share - now
     if probability > LOST_BY_CHANCE or float(np.max(np.abs(change))) < LEAST_LOST or gain < EXPLAINED * excess:

@@ -11,8 +11,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import t as student
-from scipy.stats import trim_mean
+from scipy.special import stdtr
 
 from fusion.discrepancy.channels.channel_step import ChannelStep
 from fusion.discrepancy.channels.noise_parameters import USUAL
@@ -153,7 +152,9 @@ def _usual(tiles: Tiling, product: Image, inside: NDArray[np.bool_]) -> float:
     some = share > 0.3
     if not some.any():
         return 0.0
-    return float(trim_mean(tiles.mean(np.where(inside, product, 0.0))[some] / share[some], TRIMMED))
+    means = np.sort(tiles.mean(np.where(inside, product, 0.0))[some] / share[some])
+    ends = int(TRIMMED * len(means))
+    return float(means[ends : len(means) - ends].mean())
 
 
 def _power(effect: Effect, patch: Patch) -> float:
@@ -214,7 +215,7 @@ def _step(kind: type[Effect], sensor: Sensor, found: Matrix, seen: Sequence[Grai
     power, sizes = powers(), found[:, 0]
     square = float(power @ sizes / (power @ power))
     spread = float(np.linalg.norm(sizes - square * power) / np.sqrt((len(seen) - 1) * (power @ power)))
-    chance = float(student.sf((square - _stated(known, size, sensor)) / max(spread, 1e-300), len(seen) - 1))
+    chance = float(stdtr(len(seen) - 1, (_stated(known, size, sensor) - square) / max(spread, 1e-300)))
     if not chance <= FALSE_ALARM:
         return None
     value = float(np.sqrt(square))

@@ -1,11 +1,11 @@
 """Judging what was tried of the noise: by chance, by its size, in recordings left out, in frames left out."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from fusion.discrepancy.channels.noise_parameters import (
     NoiseParameter,
@@ -17,7 +17,7 @@ from fusion.discrepancy.channels.scatter import Scatter, scatter_of
 from fusion.discrepancy.channels.turning import COMMON, TunedParameters, Whitener, changes, turn
 from fusion.discrepancy.decisions import FALSE_ALARM, REPLICATED
 from fusion.discrepancy.observe.frame_block import FrameBlock
-from fusion.discrepancy.observe.observations import observe, predicted
+from fusion.discrepancy.observe.observations import observe
 from fusion.sensor.sensor import Sensor
 
 Vector = NDArray[np.float64]
@@ -47,7 +47,8 @@ class Tried:
 def probability(best: Tried, names: int) -> float:
     """Of a gain like this by chance; a value that is known wrongly has only its own chance."""
     gain, k = max(best.gain, 0.0), len(best.free)
-    return float(chi2.sf(gain, k)) if best.corrected else float(min(1.0, names * chi2.sf(gain, k)))
+    chance = float(chdtrc(k, gain))
+    return chance if best.corrected else min(1.0, names * chance)
 
 
 def improbable(best: Tried, names: int) -> bool:
@@ -71,8 +72,7 @@ def nearer(better: Sensor, scatter: Scatter) -> bool:
 
     What was tried is straight in every number; whatever that made of it, no claim denies what the frames show.
     """
-    again = [replace(p, sensor=better, sigma=predicted(better, p.block)[1]) for p in scatter.patches]
-    return _off(scatter_of(again)) < _off(scatter)
+    return _off(scatter_of([patch.under(better) for patch in scatter.patches])) < _off(scatter)
 
 
 def _off(scatter: Scatter) -> float:

@@ -28,7 +28,7 @@ from fusion.discrepancy.channels.scatter import Scatter, scatter_of
 from fusion.discrepancy.channels.turning import COMMON, TunedParameters, Whitener, as_stated, changes, turn, whitener_of
 from fusion.discrepancy.decisions import ALIKE, SPREAD_FRAMES
 from fusion.discrepancy.observe.frame_block import FrameBlock
-from fusion.discrepancy.observe.observations import Observations, Patch, predicted
+from fusion.discrepancy.observe.observations import Observations, Patch
 from fusion.sensor.sensor import Sensor
 
 Vector = NDArray[np.float64]
@@ -55,7 +55,7 @@ def noise_steps(observations: Observations, held: Sequence[FrameBlock] = ()) -> 
         sensor, step = found
         steps.append(step)
         free |= {step.effect.name} if step.effect else frozenset()
-        patches = [replace(p, sensor=sensor, sigma=predicted(sensor, p.block)[1]) for p in patches]
+        patches = [patch.under(sensor) for patch in patches]
     return sensor, merged(steps)
 
 

@@ -190,6 +190,6 @@ def _grown(effects: list[Effect], own: Effect, patch: Patch) -> Vector:
     """(k, n) change of the variance of each tile as a share of it."""
     with np.errstate(all="ignore"):
         whole, before = predicted_variance(patch, patch.sigma), own.noise(patch.depth, patch.view) ** 2
-        changes = [effect.noise(patch.depth, patch.view) ** 2 - before for effect in effects]
-        spreads = [np.sqrt(np.maximum(patch.sigma**2 + change, 0.0)) for change in changes]
+        rest = patch.sigma**2 - before
+        spreads = (np.sqrt(np.maximum(rest + effect.noise(patch.depth, patch.view) ** 2, 0.0)) for effect in effects)
         return np.stack([predicted_variance(patch, spread) / whole - 1.0 for spread in spreads])

@@ -48,15 +48,14 @@ def scatter_of(patches: Sequence[Patch]) -> Scatter:
 
 def variance(patch: Patch, spread: NDArray[np.floating]) -> Vector:
     """(n,) mean square in native units of a spread (h, w) [m], over the pixels that have one and a measured one."""
-    sound = np.isfinite(patch.block.std) & np.isfinite(patch.sigma)
-    squares = np.where(sound, np.square(np.nan_to_num(spread * patch.native)), 0.0)
-    return patch.tiles.mean(squares) / np.maximum(patch.tiles.mean(sound.astype(float)), 1e-9)
+    squares, share = patch.told
+    return patch.tiles.mean(np.square(spread) * squares) / share
 
 
 def predicted_variance(patch: Patch, spread: NDArray[np.floating]) -> Vector:
     """(n,) variance in native units by a predicted spread (h, w) [m], no smaller than frames can show."""
     # where all frames round to one step nobody knows how near the next one is
-    return np.maximum(variance(patch, spread), max(np.exp(-WANDERS) * _step(patch) ** 2 / 12, LEAST_VARIANCE))
+    return np.maximum(variance(patch, spread), max(np.exp(-WANDERS) * patch.step**2 / 12, LEAST_VARIANCE))
 
 
 def _scatter(patch: Patch) -> tuple[Vector, Vector, Vector, Vector]:
@@ -88,7 +87,7 @@ def _sharing(patch: Patch) -> float:
 
 def _undithered(patch: Patch) -> float:
     """How far a variance may wander (share of it) with the place between two steps of the rounding."""
-    step = _step(patch)
+    step = patch.step
     # as the frames show: a model that has too little noise earns no allowance by it
     before = np.sqrt(max(float(variance(patch, patch.block.std).mean()) - step**2 / 12, 0.0))
     # the first harmonic of the rounding's own error, which fades as the noise grows over a step
@@ -102,18 +101,8 @@ def frozen_rounding(patch: Patch) -> float:
     """
     recording = getattr(patch.block.stage, "recording", None)
     counts = 0.0 if recording is None else float(np.median(np.abs(patch.native))) / recording.camera.depth_scale
-    step, times = max((_step(patch), 2), (counts, 1))
+    step, times = max((patch.step, 2), (counts, 1))
     if not step:
         return 0.0
     before = max(float(np.median(variance(patch, patch.block.std))) - step**2 / 12, 0.0)
     return times * step**2 / 12 * float(np.exp(-4 * np.pi**2 * before / step**2))
-
-
-def _step(patch: Patch) -> float:
-    """Usual step of the rounding in native units; 0 without."""
-    rounding = next((effect for effect in patch.sensor.effects if effect.lattice), None)
-    if rounding is None:
-        return 0.0
-    with np.errstate(all="ignore"):
-        lost = np.nanmedian(np.abs(rounding.noise(patch.depth, patch.view) * patch.native))
-    return float(np.sqrt(12.0) * lost)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import nnls
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from fusion.discrepancy.decisions import LOST_BY_CHANCE, REPLICATED
 from fusion.discrepancy.naming.evidence import inflation
@@ -64,7 +64,7 @@ def unnamed(excess: Vector, sigma: Vector, place: NDArray[np.intp], variables: d
     weights = weights_of(A, white, RIDGE)
     fitted = A @ weights
     inflated = inflation(white - fitted)
-    probability = float(min(1.0, len(columns) * chi2.sf(gains[-1] / inflated, A.shape[1])))
+    probability = float(min(1.0, len(columns) * chdtrc(A.shape[1], gains[-1] / inflated)))
     if probability > LOST_BY_CHANCE or gain_elsewhere(A, white, place, RIDGE) < REPLICATED * gains[-1]:
         return None
     ends = np.cumsum([columns[name].shape[1] for name in chosen])[:-1]

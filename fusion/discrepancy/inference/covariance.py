@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dpstrf
+from scipy.spatial.distance import cdist
 
 Matrix = NDArray[np.float64]
 
@@ -22,9 +23,8 @@ def grain(cell: NDArray[np.intp], other: NDArray[np.intp], side: int, window_px:
     Pixels d apart correlate with 1 - d / window in each direction. Diagonal: variance of a square's mean over that of
     a pixel.
     """
-    reach = int(max(np.abs(cell[:, None] - other[None]).max(initial=0), 1))
-    along = np.array([_between(side, k, window_px) for k in range(reach + 1)])
     steps = np.abs(cell[:, None, :] - other[None, :, :])
+    along = _between(side, int(steps.max(initial=0)), window_px)
     return along[steps[..., 0]] * along[steps[..., 1]]
 
 
@@ -46,8 +46,7 @@ def bow(points: Matrix, others: Matrix, sigma_m: float) -> Matrix:
 
 def bend(points: Matrix, others: Matrix, length_m: float) -> Matrix:
     """Covariance (n, m) of a shape of unit size that changes over one length, between (n, 3) and (m, 3) points [m]."""
-    apart = ((points[:, None] - others[None]) ** 2).sum(axis=-1)
-    return np.asarray(np.exp(-0.5 * apart / length_m**2))
+    return np.asarray(np.exp(-0.5 / length_m**2 * cdist(points, others, "sqeuclidean")))
 
 
 def bending(points: Matrix, length_m: float) -> Matrix:
@@ -66,7 +65,7 @@ def drifting(at: Matrix, side: float, width: float) -> Matrix:
         side, width: of the squares and of the image [px].
     """
     places, number = np.unique(at, axis=0, return_inverse=True)
-    apart = np.sqrt(3.0 * ((places[:, None] - places[None]) ** 2).sum(axis=-1))
+    apart = 3.0**0.5 * cdist(places, places)
     lengths = [max(share * width, SMOOTH * side) for share in DRIFTS]
     # Matern, 3/2: once differentiable, as what nobody knows should be; Gaussian bells would foresee all of its bends
     field = np.mean([(1.0 + apart / length) * np.exp(-apart / length) for length in lengths], axis=0)
@@ -75,8 +74,8 @@ def drifting(at: Matrix, side: float, width: float) -> Matrix:
     return np.asarray((vectors[:, kept] * np.sqrt(values[kept]))[number.ravel()])
 
 
-def _between(side: int, steps: int, window: float) -> float:
-    """Mean correlation along one direction between the pixels of two squares, `steps` squares apart."""
-    i = np.arange(side)
-    apart = np.abs(i[:, None] - i[None] + steps * side)
-    return float(np.maximum(1.0 - apart / max(window, 1.0), 0.0).mean())
+def _between(side: int, most: int, window: float) -> NDArray[np.float64]:
+    """(most + 1,) mean correlation along one direction between the pixels of squares 0, 1, ... squares apart."""
+    by = np.arange(1 - side, side)  # of a pixel's place in its square, in as many pairs
+    apart = np.abs(side * np.arange(most + 1)[:, None] + by)
+    return np.asarray(np.maximum(1.0 - apart / max(window, 1.0), 0.0) @ (side - np.abs(by))) / side**2

@@ -6,12 +6,13 @@ others by its own pattern lacks nothing.
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.observe.observations import Observations, Patch
-from fusion.geometry.camera import Camera
+from fusion.geometry.camera import Camera, Principle
 from fusion.sensor.effect import Effect
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import Image, View
@@ -27,13 +28,11 @@ def own_patterns(observations: Observations) -> Matrix:
     """(n, n) covariance in native units of the patterns that this unit may have; the same in all recordings."""
     total = np.zeros((len(observations.residual),) * 2)
     for effect in unknown_patterns(observations.sensor):
-        cells, sizes = _cells(observations), []
-        for _, patch in observations.rows():
-            sizes.append(_size(patch, effect))
-        first = observations.patches[0]
-        alike = _alike(effect, _wall(first.view, first.view.camera), first.tiles.side)
-        size = np.concatenate(sizes)
-        total += alike[np.ix_(cells, cells)] * np.outer(size, size)
+        size = np.concatenate([_size(patch, effect) for patch in observations.patches])
+        if np.any(size):
+            cells, first = _cells(observations), observations.patches[0]
+            alike = _alike(effect, first.view.camera, first.view.baseline, first.view.principle, first.tiles.side)
+            total += alike[np.ix_(cells, cells)] * np.outer(size, size)
     return total
 
 
@@ -59,11 +58,13 @@ def _size(patch: Patch, effect: Effect) -> Vector:
         return patch.tiles.mean(effect.noise(patch.depth, patch.view) * patch.native)
 
 
-def _alike(effect: Effect, wall: View, side: int) -> Matrix:
+@lru_cache(maxsize=4)  # the menu's recordings have one camera
+def _alike(effect: Effect, camera: Camera, baseline: float, principle: Principle, side: int) -> Matrix:
     """(cells, cells) covariance of the means over squares of the image, where pixels have a spread of one."""
+    wall = _wall(camera, baseline, principle)
     if _is_smooth(_pattern(effect, wall, 0)):  # a square is as well told by four places in it
         height, width = (2 * -(-size // side) for size in wall.camera.shape)
-        wall, side = _wall(wall, wall.camera.resized(width, height)), 2
+        wall, side = _wall(camera.resized(width, height), baseline, principle), 2
     drawn = np.array([_means(_pattern(effect, wall, unit), side) for unit in range(UNITS)])
     return np.asarray(drawn.T @ drawn / UNITS)
 
@@ -92,7 +93,7 @@ def _pattern(effect: Effect, wall: View, unit: int) -> Image:
     return np.nan_to_num(np.broadcast_to(ratio, wall.camera.shape), posinf=0.0, neginf=0.0)
 
 
-def _wall(view: View, camera: Camera) -> View:
-    """A wall at a metre, as the sensor of a view sees it with a camera."""
+def _wall(camera: Camera, baseline: float, principle: Principle) -> View:
+    """A wall at a metre."""
     nowhere = np.zeros(camera.shape)
-    return View(camera, nowhere + 1.0, nowhere, baseline=view.baseline, principle=view.principle)
+    return View(camera, nowhere + 1.0, nowhere, baseline=baseline, principle=principle)

@@ -17,6 +17,7 @@ SAME = 16  # power of a correlation of patterns: only squares that see the very 
 HARMONICS = 12  # of a saw-tooth: what the others leave out is a hundredth of a step
 FAINT = 1e-3  # of a step: harmonics that noise has faded so far are none
 ORDERS = 40  # of a correlation: what tiles share beyond is next to nothing, and counts as each one's own
+NOTHING = 1e-8  # of a step, or of the size of an error: what it adds to a covariance is the square of it
 
 
 def rounding_covariance(observations: Observations, before: Matrix, patterns: Matrix, law: float = 0.0) -> Matrix:
@@ -46,11 +47,11 @@ def rounding_covariance(observations: Observations, before: Matrix, patterns: Ma
         usual = np.sqrt(np.maximum(np.diag(patterns), 1e-300))
         same = (patterns / np.outer(usual, usual)) ** SAME * together
         total += np.sqrt(np.outer(broken, broken)) * same
-    return total + _products(waves, turns, before, law**2 * together) - before
+    return total + _added(waves, turns, before, law**2 * together)
 
 
-def _products(waves: Phasors, turns: Vector, before: Matrix, law: Matrix) -> Matrix:
-    """(n, n) mean products of x + e + Im p(x + e) less the same without e, for normal e: Mehler's series.
+def _added(waves: Phasors, turns: Vector, before: Matrix, law: Matrix) -> Matrix:
+    """(n, n) mean products of x + e + Im p(x + e) less the same without e, for normal e, less those of e: Mehler.
 
     Args:
         waves: (n, k) harmonics p.
@@ -58,23 +59,28 @@ def _products(waves: Phasors, turns: Vector, before: Matrix, law: Matrix) -> Mat
         before: (n, n) covariance of e.
         law: (n, n) covariance of more of it, of which what is linear is left out.
     """
-    both = before + law
-    variance = np.diag(both)
-    usual = np.sqrt(np.maximum(variance, 1e-300))
+    usual = np.sqrt(np.maximum(np.diag(before) + np.diag(law), 1e-300))
     rate = turns[:, None] * np.arange(1, waves.shape[1] + 1) * usual[:, None]
     kept = waves * np.exp(-0.5 * rate**2)
     left, term = (kept - waves).imag.sum(axis=1), 1j * rate * kept
     slope = 1.0 + term.imag.sum(axis=1) / usual
-    total, alike = before * np.outer(slope, slope), both / np.outer(usual, usual)
-    power, rest = alike.copy(), _variance(waves, rate) - (slope * usual - usual) ** 2 - kept.imag.sum(axis=1) ** 2
+    rest, orders = _variance(waves, rate) - (slope * usual - usual) ** 2 - kept.imag.sum(axis=1) ** 2, []
     for n in range(2, ORDERS + 1):
         term = term * 1j * rate / np.sqrt(n)
-        own = term.imag.sum(axis=1)
-        power *= alike
-        total += own[:, None] * power * own
-        rest -= own**2
-    total[np.diag_indices(len(total))] += np.maximum(rest, 0.0)
-    return np.asarray(total + np.outer(left, left))
+        orders.append(term.imag.sum(axis=1))
+        rest -= orders[-1] ** 2
+    total = before * (np.outer(slope, slope) - 1.0)
+    stepped = np.flatnonzero(np.any(waves, axis=1))
+    some = np.ix_(stepped, stepped)
+    alike = (before[some] + law[some]) / np.outer(usual[stepped], usual[stepped])
+    power, told = alike, np.outer(left[stepped], left[stepped])
+    last = max((k for k, own in enumerate(orders) if np.any(np.abs(own) > NOTHING * usual)), default=-1)
+    for own in orders[: last + 1]:
+        power = power * alike
+        told += own[stepped, None] * power * own[stepped]
+    told[np.diag_indices(len(told))] += np.maximum(rest[stepped], 0.0)
+    total[some] += told
+    return np.asarray(total)
 
 
 def _variance(waves: Phasors, rate: Matrix) -> Vector:
@@ -97,11 +103,13 @@ def _speckled(patch: Patch, speckle: Effect) -> Matrix:
     with np.errstate(all="ignore"):
         moved = speckle.noise(unrounded.mean, patch.view) / unrounded.step
         turned = float(np.nanmedian(np.where(tiles.label >= 0, moved, np.nan)))
-        total = np.zeros((len(tiles), len(tiles)))
+        total, usual = np.zeros((len(tiles), len(tiles))), np.max(tiles.mean(unrounded.step * np.abs(patch.native)))
         for k in range(1, HARMONICS + 1) if turned else ():
             phase = (2 * np.pi * k * turned) ** 2
             # about the mean that is predicted, which is that of all speckle
             size = np.sqrt(tiles.mean(_height(patch, unrounded.spread, k) ** 2) * -0.5 * np.expm1(-phase))
+            if np.max(size) < NOTHING * usual:
+                break
             window = speckle.window(patch.view) * 2 * (1 / phase - 1 / np.expm1(phase))
             total += np.outer(size, size) * covariance.grain(tiles.cell, tiles.cell, tiles.side, window)
     return total

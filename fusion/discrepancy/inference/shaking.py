@@ -12,8 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
-from scipy.stats import chi2
-from scipy.stats import f as variance_ratio
+from scipy.special import chdtrc, fdtrc
 
 from fusion.discrepancy.decisions import FALSE_ALARM
 from fusion.discrepancy.observe.frame_block import FrameBlock
@@ -76,7 +75,7 @@ class FrameMotion:
         if not self.moving:
             return 1.0
         ratio = self.moving_power / self.smooth
-        return float(variance_ratio.sf(ratio, self.freedom * self.moving, self.freedom * self.fields))
+        return float(fdtrc(self.freedom * self.moving, self.freedom * self.fields, ratio))
 
     def cost(self, sizes: Vector) -> float:
         """-2 log likelihood of standard deviations (2,) of turns and shifts."""
@@ -102,7 +101,7 @@ def shaking_of(blocks: Sequence[FrameBlock]) -> Shaking | None:
     if not seen:
         return None
     told = -2.0 * sum(float(np.log(max(own.chance, 1e-300))) for own in seen)
-    probability = float(chi2.sf(told, 2 * len(seen)))
+    probability = float(chdtrc(2 * len(seen), told))
     if probability > FALSE_ALARM:
         return None
 

@@ -113,5 +113,7 @@ def independent(columns: Matrix) -> Matrix:
 def orthonormal(columns: Matrix) -> Matrix:
     """(n, r) directions that span columns (n, k), whatever their lengths."""
     lengths = np.linalg.norm(columns, axis=0)
+    if columns.shape[1] == 1:
+        return columns / lengths if lengths[0] > 0 else columns[:, :0]
     left, values, _ = np.linalg.svd(columns[:, lengths > 0] / lengths[lengths > 0], full_matrices=False)
     return np.asarray(left[:, values > ROUNDING * np.max(values, initial=0.0)])

@@ -32,13 +32,19 @@ class TileCovariance:
     """Covariance of the tiles when nothing is missing: noise, speckle, poses, the target's shape, known parameters."""
 
     root: NDArray[np.float64]  # (n, n) lower Cholesky factor of the covariance
-    bare: NDArray[np.float64]  # the same without poses and known parameters: what a perfect setting would leave
+    # (n, n) covariance without poses and known parameters: what a perfect setting would leave
+    free: NDArray[np.float64]
     # (n, k) change per standard deviation of each known parameter, in native units: common to all recordings
     known: NDArray[np.float64]
 
     def whiten(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """Vectors (n,) or (n, k) as independent numbers of unit spread."""
         return np.asarray(solve_triangular(self.root, values, lower=True, check_finite=False))
+
+    @cached_property
+    def bare(self) -> NDArray[np.float64]:
+        """(n, n) lower Cholesky factor of `free`."""
+        return np.asarray(cholesky(self.free, lower=True, check_finite=False))
 
     @cached_property
     def inverse(self) -> NDArray[np.float64]:
@@ -82,7 +88,7 @@ def covariance_of(observations: Observations) -> TileCovariance:
         total += observations.loose.drift**2 * (drift @ drift.T)
     shaken = np.column_stack([np.zeros((n, 0)), *_shake_columns(observations)])
     total += shaken @ shaken.T
-    bare = cholesky(total + noise, lower=True, check_finite=False)
+    free = total + noise
     known = np.column_stack([np.zeros((n, 0)), *_known(observations)])
     loose, none = observations.loose, np.zeros((n, 0))
     wrong = loose.mesh * mesh_columns(observations) if loose.mesh else none
@@ -94,7 +100,7 @@ def covariance_of(observations: Observations) -> TileCovariance:
     # as far as tiles are off at all: of the tiles near a step as many change to the next as a law moves its edge
     law = float(np.mean(np.abs(observations.residual)))
     total += noise + rounding_covariance(observations, total, patterns, law)
-    return TileCovariance(cholesky(total, lower=True, overwrite_a=True, check_finite=False), bare, known)
+    return TileCovariance(cholesky(total, lower=True, overwrite_a=True, check_finite=False), free, known)
 
 
 def drift_columns(observations: Observations) -> NDArray[np.float64]:
@@ -196,15 +202,15 @@ def _known(observations: Observations) -> list[Vector]:
     columns = []
     sensor = observations.sensor
     for effect in sensor.effects:
+        if not effect.changes("bias") or effect.frozen:
+            continue
+        others = []
         for name, about in parameters(effect).items():
-            std = float(np.max(sensor.std.get((effect.name, name), 0.0)))
-            value = getattr(effect, name)
-            if not effect.changes("bias") or effect.frozen or std <= 0 or np.ndim(value):
-                continue
-            step = std if value + std <= about.high else -std
-            moved: dict[str, Any] = {name: float(value) + step}
-            other = replace(effect, **moved)
-            column = observations.columns([other])[:, 0] - observations.columns([effect])[:, 0]
-            if np.any(column):
-                columns.append(column)
+            std, value = float(np.max(sensor.std.get((effect.name, name), 0.0))), getattr(effect, name)
+            if std > 0 and not np.ndim(value):
+                step: dict[str, Any] = {name: float(value) + (std if value + std <= about.high else -std)}
+                others.append(replace(effect, **step))
+        if others:
+            own, *moved = observations.columns([effect, *others]).T
+            columns += [other - own for other in moved if np.any(other != own)]
     return columns

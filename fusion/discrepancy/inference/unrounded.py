@@ -1,6 +1,7 @@
 """Unrounded: what a sensor rounds, how large its steps are, and how much of a change is seen behind them."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,7 +43,7 @@ class Unrounded:
         """True where the noise at some pixels (h, w) is small enough not to hide the steps."""
         return bool(inside.any() and np.nanmedian(self.smoothed[inside]) < HIDDEN)
 
-    @property
+    @cached_property
     def smoothed(self) -> Image:
         """(h, w) spread, in steps, of all by which the pixels of a square differ."""
         return np.hypot(self.spread, self.speckle)

@@ -77,9 +77,7 @@ def judged_next(fit: PartsFit, found: NextPart, candidates: Sequence[Candidate])
     )
 
 
-def _step(
-    fit: PartsFit, k: int, candidates: Sequence[Candidate], spreads: Vector, probability: float | None = None
-) -> Step:
+def _step(fit: PartsFit, k: int, candidates: Sequence[Candidate], spreads: Vector) -> Step:
     part = fit.parts[k]
     space, target = partial_residual(fit, k)
     seen = space.of(part.candidate.white)

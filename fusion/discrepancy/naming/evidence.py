@@ -2,8 +2,7 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
-from scipy.stats import f as variance_ratio
+from scipy.special import chdtrc, fdtrc
 
 from fusion.discrepancy.inference.tile_covariance import TileCovariance
 from fusion.discrepancy.naming.search.candidates import Candidate
@@ -75,8 +74,8 @@ def by_chance(found: Scored, fitted: Vector, target: Vector, tried: int) -> floa
     own = fitted**2
     tiles = float(own.sum() ** 2 / max(float((own**2).sum()), 1e-300))
     if found.size:  # the many weights of a field have paid for themselves
-        return float(min(1.0, tried * chi2.sf(gain, found.freedom)))
-    return float(min(1.0, tried * variance_ratio.sf(gain / found.freedom, found.freedom, max(tiles - 1.0, 1.0))))
+        return float(min(1.0, tried * chdtrc(found.freedom, gain)))
+    return float(min(1.0, tried * fdtrc(found.freedom, max(tiles - 1.0, 1.0), gain / found.freedom)))
 
 
 def inflation(white: Vector) -> float:

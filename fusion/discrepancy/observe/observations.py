@@ -3,12 +3,13 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.inference.loose import Loose
-from fusion.discrepancy.inference.unrounded import Unrounded
+from fusion.discrepancy.inference.unrounded import STEP, Unrounded
 from fusion.discrepancy.observe.frame_block import FrameBlock
 from fusion.discrepancy.observe.interior import interior
 from fusion.discrepancy.observe.outliers import foreign
@@ -37,6 +38,7 @@ class Patch:
         predicted, sigma: (h, w) [m] of repeated frames by the sensor model.
         native: (h, w) native units (m along the ray, or px of disparity) per metre of depth.
         tiles: which pixels are used.
+        steps: what is rounded; None by a model without steps.
     """
 
     block: FrameBlock
@@ -46,6 +48,7 @@ class Patch:
     sigma: Image
     native: Image
     tiles: Tiling
+    steps: Unrounded | None = None
 
     @cached_property
     def residual(self) -> NDArray[np.float64]:
@@ -73,12 +76,32 @@ class Patch:
     @cached_property
     def unrounded(self) -> Unrounded | None:
         """What is rounded; None by a model without steps, or where noise hides them."""
-        found = _unrounded(self.sensor, self.block)[2]
-        return found if found is not None and found.shows(self.tiles.label >= 0) else None
+        return self.steps if self.steps is not None and self.steps.shows(self.tiles.label >= 0) else None
 
     @cached_property
     def _passed(self) -> Image | float:
         return 1.0 if self.unrounded is None else self.unrounded.passed(self.view)
+
+    @cached_property
+    def step(self) -> float:
+        """Usual step of the rounding in native units; 0 without."""
+        if self.steps is None:
+            return 0.0
+        with np.errstate(all="ignore"):
+            lost = np.nanmedian(np.abs(self.steps.rounding.noise(self.depth, self.view) * self.native))
+        return float(STEP * lost)
+
+    @cached_property
+    def told(self) -> tuple[Image, NDArray[np.float64]]:
+        """(h, w) squared native units per squared metre, 0 where no spread is predicted or measured; and the share
+        (n,) of pixels where both are."""
+        sound = np.isfinite(self.block.std) & np.isfinite(self.sigma)
+        return np.where(sound, self.native**2, 0.0), np.maximum(self.tiles.mean(sound.astype(float)), 1e-9)
+
+    def under(self, sensor: Sensor) -> "Patch":
+        """The same tiles, in the same units, under another sensor model."""
+        seen = predicted(sensor, self.block)
+        return replace(self, sensor=sensor, predicted=seen.mean, sigma=seen.sigma, steps=seen.steps)
 
 
 @dataclass(frozen=True)
@@ -153,11 +176,7 @@ class Observations:
 
     def under(self, sensor: Sensor) -> "Observations":
         """The same blocks and tiles, in the same units, under another sensor model."""
-        patches = []
-        for patch in self.patches:
-            mean, sigma = predicted(sensor, patch.block)
-            patches.append(replace(patch, sensor=sensor, predicted=mean, sigma=sigma))
-        return replace(self, sensor=sensor, patches=tuple(patches))
+        return replace(self, sensor=sensor, patches=tuple(patch.under(sensor) for patch in self.patches))
 
     def seen_again(self, blocks: Sequence[FrameBlock]) -> "Observations":
         """The same tiles of blocks that differ in what is known of their poses only."""
@@ -192,41 +211,43 @@ def _patch(sensor: Sensor, block: FrameBlock, larger: int) -> Patch:
     depth = block.view.depth
     assert depth is not None
     view = sensor.seen(block.view)
-    mean, sigma = predicted(sensor, block)
+    seen = predicted(sensor, block)
     with np.errstate(all="ignore"):
-        native = view.stretch if view.time_of_flight else -view.focal_baseline / mean**2
-    usable = np.isfinite(mean) & np.isfinite(block.mean) & (block.count >= max(1, len(block.frames) - 1))
-    usable &= interior(view) & ~foreign(block.mean, mean)
-    return Patch(block, sensor, view, mean, sigma, native, tiling(usable, larger * SIDE_PX))
+        native = view.stretch if view.time_of_flight else -view.focal_baseline / seen.mean**2
+    usable = np.isfinite(seen.mean) & np.isfinite(block.mean) & (block.count >= max(1, len(block.frames) - 1))
+    usable &= interior(view) & ~foreign(block.mean, seen.mean)
+    return Patch(block, sensor, view, seen.mean, seen.sigma, native, tiling(usable, larger * SIDE_PX), seen.steps)
 
 
-def predicted(sensor: Sensor, block: FrameBlock) -> tuple[Image, Image]:
-    """Mean and standard deviation (h, w) [m] of repeated frames of a block.
+class Predicted(NamedTuple):
+    """Mean and standard deviation (h, w) [m] of repeated frames; what is rounded, None by a model without steps."""
+
+    mean: Image
+    sigma: Image
+    steps: Unrounded | None
+
+
+def predicted(sensor: Sensor, block: FrameBlock) -> Predicted:
+    """What a sensor model says of a block.
 
     How steps of rounding show in the mean is told by the noise that the frames have, whatever the model says of it.
     """
-    mean, sigma, found = _unrounded(sensor, block)
-    if found is not None:
-        view = sensor.seen(block.view)
-        with np.errstate(all="ignore"):
-            whole, sigma = found.rounding.repeated(mean, sigma, view)
-        mean = found.rounded(view) if found.shows(np.isfinite(mean)) else whole
-    if block.given is None:
-        return mean, sigma
-    return mean + block.given.offset, sigma if block.given.spread is None else np.hypot(sigma, block.given.spread)
-
-
-def _unrounded(sensor: Sensor, block: FrameBlock) -> tuple[Image, Image, Unrounded | None]:
-    """Mean and standard deviation (h, w) [m] in front of the rounding, which is the last that happens to a depth, and
-    what is rounded; None by a model without steps."""
-    depth = block.view.depth
+    depth, steps = block.view.depth, None
     assert depth is not None
+    # rounding is the last that happens to a depth
     rounding = next((effect for effect in sensor.effects if effect.lattice), None)
     others = tuple(effect for effect in sensor.effects if effect is not rounding)
     mean, sigma = replace(sensor, effects=others).repeated(depth, block.view)
-    if rounding is None:
-        return mean, sigma, None
-    return mean, sigma, Unrounded.of(sensor, rounding, mean, sigma, block.std, sensor.seen(block.view))
+    if rounding is not None:
+        view = sensor.seen(block.view)
+        steps = Unrounded.of(sensor, rounding, mean, sigma, block.std, view)
+        with np.errstate(all="ignore"):
+            whole, sigma = rounding.repeated(mean, sigma, view)
+        mean = steps.rounded(view) if steps.shows(np.isfinite(mean)) else whole
+    if block.given is None:
+        return Predicted(mean, sigma, steps)
+    spread = sigma if block.given.spread is None else np.hypot(sigma, block.given.spread)
+    return Predicted(mean + block.given.offset, spread, steps)
 
 
 def views_of(poses: Sequence[Array]) -> list[int]:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from fusion.discrepancy.observe.motion import twists_of
 from fusion.discrepancy.observe.table import LoggedTable, table_of
-from fusion.discrepancy.observe.wall import wall_of
+from fusion.discrepancy.observe.wall import FREE_RAD, LASER_M, wall_of
 from fusion.discrepancy.simulated import Match
 from fusion.errors import RecordingError
 from fusion.geometry.trajectory import Trajectory
@@ -52,7 +52,7 @@ def stage_of(recording: Recording, place: int) -> KnownScene:
     if wall is not None:
         # each wall is one of its own: what it is not flat is not known to come again
         shape = f"wall {recording.path}"
-        return KnownScene(wall.recording, place, RayCaster(wall.mesh), wall.sigma_m, wall.sigma_rad, WALL_M, shape)
+        return KnownScene(wall.recording, place, RayCaster(wall.mesh), LASER_M, FREE_RAD, WALL_M, shape)
     if mesh is None:
         raise RecordingError(
             "the scene of the recording is not known",

@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
 from fusion.sensor.view import Image
 
@@ -26,16 +27,17 @@ class Tiling:
 
     def mean(self, image: Image) -> NDArray[np.float64]:
         """(n,) mean of an image (h, w) over each tile; what is NaN counts as 0."""
-        used, number = self._used
-        values = np.broadcast_to(image, self.label.shape).reshape(-1)[used]
-        values = np.where(np.isfinite(values), values, 0)
-        return np.bincount(number, values, minlength=len(self)) / self.pixels
+        values = np.broadcast_to(image, self.label.shape).ravel()
+        return np.asarray(self.members @ np.where(np.isfinite(values), values, 0)) / self.pixels
 
     @cached_property
-    def _used(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """Places of the pixels that are used, and the tile of each."""
+    def members(self) -> csr_array:
+        """(n, h w) 1 for every pixel that is used, in the row of its tile."""
         used = np.flatnonzero(self.label >= 0)
-        return used, self.label.reshape(-1)[used]
+        number = self.label.ravel()[used]
+        order = used[np.argsort(number, kind="stable")]
+        ends = np.append(0, np.cumsum(np.bincount(number, minlength=len(self))))
+        return csr_array((np.ones(len(used)), order, ends), shape=(len(self), self.label.size))
 
 
 def tiling(usable: NDArray[np.bool_], side: int = SIDE_PX) -> Tiling:

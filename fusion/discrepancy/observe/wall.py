@@ -20,12 +20,10 @@ DENSE = 24
 
 @dataclass(frozen=True)
 class WallScene:
-    """A wall before a camera in the origin: its mesh, the recording with that pose, uncertainties [m] and [rad]."""
+    """A wall before a camera in the origin: its mesh, and the recording with that pose."""
 
     mesh: Mesh
     recording: Recording
-    sigma_m: float = LASER_M
-    sigma_rad: float = FREE_RAD
 
 
 def wall_of(recording: Recording) -> WallScene | None:

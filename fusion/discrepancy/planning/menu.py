@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
@@ -40,6 +41,7 @@ class Choice:
     setups: Callable[[], list[Setup]]  # what is seen; made only when asked for
 
 
+@cache
 def _room() -> Scene:
     """A wall as people have it: from far away or at an angle it does not fill the image."""
     return replace(wall(), parts=(upright(*ROOM_WALL, 0.0, 0.8),))
@@ -61,14 +63,22 @@ def _warming_rail() -> list[Setup]:
     return [*cold, *_walls(distances, together=True)]
 
 
+@cache
+def _papers() -> Scene:
+    return patches(reflectance=GREYS, patch_m=0.3, columns=10, rows=8)
+
+
+@cache
+def _board() -> Scene:
+    return step(step_m=0.5)
+
+
 def _patches() -> list[Setup]:
-    scene = patches(reflectance=GREYS, patch_m=0.3, columns=10, rows=8)
-    return [Setup(scene, before(d, t), k) for k, (d, t) in enumerate(((0.8, 0.0), (1.5, 30.0), (2.5, 0.0)))]
+    return [Setup(_papers(), before(d, t), k) for k, (d, t) in enumerate(((0.8, 0.0), (1.5, 30.0), (2.5, 0.0)))]
 
 
 def _step() -> list[Setup]:
-    scene = step(step_m=0.5)
-    return [Setup(scene, before(d + 0.5), k) for k, d in enumerate((0.6, 1.0, 1.6, 2.4))]
+    return [Setup(_board(), before(d + 0.5), k) for k, d in enumerate((0.6, 1.0, 1.6, 2.4))]
 
 
 def _rolled() -> list[Setup]:
@@ -79,7 +89,7 @@ def _rolled() -> list[Setup]:
 
 def _warming() -> list[Setup]:
     moments = ((COLD_S, COLD_C), (200.0, 27.0), (900.0, 33.0), (WARM_S, WARM_C))
-    return [Setup(step(step_m=0.5), before(1.5), 0, time, celsius) for time, celsius in moments]
+    return [Setup(_board(), before(1.5), 0, time, celsius) for time, celsius in moments]
 
 
 def _card() -> list[Setup]:
@@ -87,8 +97,7 @@ def _card() -> list[Setup]:
 
 
 def _dimmed() -> list[Setup]:
-    scene = patches(reflectance=GREYS, patch_m=0.3, columns=10, rows=8)
-    return [Setup(scene, before(1.2), 0, light=light) for light in (1.0, 0.2)]
+    return [Setup(_papers(), before(1.2), 0, light=light) for light in (1.0, 0.2)]
 
 
 def _cloth() -> list[Setup]:

@@ -10,7 +10,7 @@ from fusion.discrepancy.decisions import DETECTED
 from fusion.discrepancy.naming.search.candidates import Candidate
 from fusion.discrepancy.observe.frame_block import FrameBlock
 from fusion.discrepancy.planning.menu import MENU, Choice
-from fusion.discrepancy.planning.planned import Planned, planned
+from fusion.discrepancy.planning.planned import MenuViews, Planned, planned
 from fusion.discrepancy.planning.separation import Claimed, Parting, Proposal, best, parting, visible_in
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
@@ -63,7 +63,8 @@ class Plans:
 
     @cached_property
     def all(self) -> tuple[Planned, ...]:
-        made = (planned(choice, self._sensor, self._blocks_of) for choice in MENU)
+        views = MenuViews(self._blocks_of[0].view.camera, self._sensor)
+        made = (planned(choice, self._blocks_of, views) for choice in MENU)
         return tuple(plan for plan in made if plan is not None)
 
     def to_part(self, claimed: Claimed, rivals: dict[str, list[Candidate]], own: Sequence[Candidate] = ()) -> Next:

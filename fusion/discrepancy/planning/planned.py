@@ -1,7 +1,7 @@
 """Planned: what recordings of the menu would show a sensor, as tiles without a measurement."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, cast
 
@@ -12,9 +12,11 @@ from fusion.discrepancy.observe.frame_block import FrameBlock, wanted_channels
 from fusion.discrepancy.observe.observations import Observations, observe
 from fusion.discrepancy.observe.stage import KnownScene
 from fusion.discrepancy.planning.menu import Choice, Setup
-from fusion.geometry.camera import Principle
+from fusion.geometry.camera import Camera, Principle
+from fusion.geometry.pose import Array
 from fusion.sensor.moment import Moment
 from fusion.sensor.sensor import Sensor
+from fusion.sensor.view import View
 from fusion.simulation.rendering.exposure import whole_mesh
 from fusion.simulation.rendering.render import RayCaster
 from fusion.simulation.scene.scene import Scene
@@ -46,20 +48,38 @@ class Planned:
         return covariance_of(self.observations)
 
 
-def planned(choice: Choice, sensor: Sensor, like: Sequence[FrameBlock]) -> Planned | None:
+@dataclass
+class MenuViews:
+    """What stands before a camera in scenes of the menu, each seen once from each pose."""
+
+    camera: Camera
+    sensor: Sensor
+    _casters: dict[int, tuple[Scene, RayCaster]] = field(default_factory=dict)
+    _seen: dict[tuple[int, bytes], View] = field(default_factory=dict)
+
+    def of(self, scene: Scene, pose: Array) -> View:
+        """As the effects of the sensor may ask of it; a scene that is made anew is another one."""
+        if id(scene) not in self._casters:
+            self._casters[id(scene)] = scene, RayCaster(whole_mesh(list(scene.parts)))
+        key = id(scene), pose.tobytes()
+        if key not in self._seen:
+            baseline = self.sensor.baseline if self.sensor.principle.triangulates else None
+            indirect = self.sensor.principle == Principle.TIME_OF_FLIGHT and len(scene.parts) > 1
+            channels = replace(wanted_channels(baseline, indirect), motion=False)
+            self._seen[key] = self._casters[id(scene)][1].view(self.camera, pose, channels)
+        return self._seen[key]
+
+
+def planned(choice: Choice, like: Sequence[FrameBlock], views: MenuViews) -> Planned | None:
     """The choice seen by a sensor with the camera and the care of the blocks at hand; None where nothing is seen."""
-    casters: dict[int, RayCaster] = {}
-    blocks = [_block_of(setup, sensor, like, casters) for setup in choice.setups()]
+    sensor = views.sensor
+    blocks = [_block_of(setup, like, views) for setup in choice.setups()]
     observations = observe(sensor, blocks, MOST_TILES)
     return Planned(choice, observations) if len(observations.residual) > 20 else None
 
 
-def _block_of(setup: Setup, sensor: Sensor, like: Sequence[FrameBlock], casters: dict[int, RayCaster]) -> FrameBlock:
-    camera = like[0].view.camera
-    several = len(setup.scene.parts) > 1
-    baseline = sensor.baseline if sensor.principle.triangulates else None
-    channels = wanted_channels(baseline, sensor.principle == Principle.TIME_OF_FLIGHT and several)
-    view = _caster(setup.scene, casters).view(camera, setup.pose, replace(channels, motion=False))
+def _block_of(setup: Setup, like: Sequence[FrameBlock], views: MenuViews) -> FrameBlock:
+    camera, sensor, view = views.camera, views.sensor, views.of(setup.scene, setup.pose)
     known = np.isfinite(like[0].view.moment.temperature)
     celsius = setup.celsius if known else float("nan")
     view = replace(view, moment=Moment(time=setup.time, temperature=celsius, ambient=setup.scene.ambient_lux))
@@ -75,10 +95,3 @@ def _block_of(setup: Setup, sensor: Sensor, like: Sequence[FrameBlock], casters:
         float(np.median([block.stage.mesh_sigma_m or 0.0 for block in like])),
     )
     return FrameBlock(cast(KnownScene, stage), tuple(range(FRAMES)), view, view.depth, zero, full, setup.pose)
-
-
-def _caster(scene: Scene, casters: dict[int, RayCaster]) -> RayCaster:
-    """One per scene object; a scene that is made anew has one of its own."""
-    if id(scene) not in casters:
-        casters[id(scene)] = RayCaster(whole_mesh(list(scene.parts)))
-    return casters[id(scene)]

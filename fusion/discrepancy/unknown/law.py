@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from fusion.discrepancy.decisions import REPLICATED
 from fusion.discrepancy.inference.tile_covariance import MeasuredTiles, TileCovariance
@@ -142,7 +142,7 @@ def _law(what: Any, fit: tuple[Vector, Vector], white: Vector, data: MeasuredTil
     native, footprint = columns @ weights, own @ weights
     gain = float(white @ white - ((white - footprint) ** 2).sum())
     inflated = inflation(white - footprint)
-    probability = float(min(1.0, TRIED * chi2.sf(max(gain, 0.0) / inflated, columns.shape[1])))
+    probability = float(min(1.0, TRIED * chdtrc(columns.shape[1], max(gain, 0.0) / inflated)))
     held_out = _elsewhere(variables, own, white, observations)
     std = float(np.sqrt(inflated / max(gain, 1e-9)))
     return UnknownLaw(variables, text, simple, table, footprint, native, gain, held_out, probability, std)

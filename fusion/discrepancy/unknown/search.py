@@ -23,6 +23,8 @@ EXACT = 6  # of these, that are computed pixel by pixel
 ALIKE = 0.8  # of the gain: a finer wave that has it may be the better one once its period is right
 NEARBY = (0.96, 0.98, 1.0, 1.02, 1.04)  # times the period that means of tiles give
 SHORTEST = 0.75  # tiles: a tile's mean keeps a fifth of a wave of that length
+# what a law may scale with: a variable, its powers, and variables that are as good as it
+SCALES = (("depth", (1.0, 2.0, -1.0), ("depth", "range", "disparity")), ("amplitude", (-1.0, -0.5), ("amplitude",)))
 WORTH = 0.08  # of the gain: what a further variable or term must bring
 
 
@@ -142,12 +144,12 @@ def _leading(scored: Sequence[_Tried]) -> list[_Tried]:
 
 def _scaled(terms: Sequence[UnknownTerm], at: Mapping[str, Vector]) -> Iterator[UnknownTerm]:
     """Products of terms with powers of the depth and the amplitude."""
-    for term in terms:
-        own = term.variables[0]
-        for name, powers in (("depth", (1.0, 2.0, -1.0)), ("amplitude", (-1.0, -0.5))):
-            if name in at and own not in (name, "range", "disparity")[: 3 if name == "depth" else 1]:
-                known = [s for s in shapes_of(name, at[name]) if s.kind == "power" and s.number in powers]
-                yield from (UnknownTerm((*term.shapes, shape)) for shape in known)
+    for name, powers, alike in SCALES:
+        known = shapes_of(name, at[name]) if name in at else ()
+        scales = [shape for shape in known if shape.kind == "power" and shape.number in powers]
+        for term in terms:
+            if term.variables[0] not in alike:
+                yield from (UnknownTerm((*term.shapes, shape)) for shape in scales)
 
 
 def _curved(terms: Sequence[UnknownTerm], at: Mapping[str, Vector]) -> Iterator[UnknownTerm]:

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from fusion.discrepancy.decisions import CONFIDENCE, SPREAD_FRAMES
 from fusion.discrepancy.explain import Explanation
@@ -46,7 +46,7 @@ def _limit(candidate: Candidate, white: NDArray[np.float64]) -> UpperLimit:
     column = candidate.white[:, 0]
     power = float(column @ column)
     size = float(np.max(np.abs(np.asarray(candidate.form.atoms[0].get(name, 0.0), float))))
-    upper = (abs(float(column @ white)) / power + norm.isf(1 - CONFIDENCE) / np.sqrt(power)) * size
+    upper = (abs(float(column @ white)) / power + ndtri(CONFIDENCE) / np.sqrt(power)) * size
     parameter: Parameter = about[name]
     return UpperLimit(
         effect=candidate.name,

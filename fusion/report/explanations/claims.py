@@ -89,7 +89,7 @@ def _curve(found: Explanation, footprint: Footprint, variable: str, unit: Unit) 
     shares = [np.where(i, weights, 0) / weights[i].sum() for i in bins(found, variable, values, used)]
     means = np.array(shares).reshape(-1, len(values))
     shifts, before, after = (means @ part * unit.factor for part in (law, without, rest))
-    noise = np.linalg.norm(means @ found.covariance.bare, axis=1) * unit.factor
+    noise = np.sqrt(np.diag(means @ found.covariance.free @ means.T)) * unit.factor
     own = [(bound.low, bound.high) for bound in bounds if bound.variable == variable]
     order = np.flatnonzero(used)[np.argsort(values[used], kind="stable")]
     some = order[np.linspace(0, len(order) - 1, min(len(order), DOTS)).astype(int)]

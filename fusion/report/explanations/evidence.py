@@ -76,7 +76,7 @@ def footprints_of(found: Explanation, verdict: Verdict) -> list[Footprint]:
 
 def spread(covariance: TileCovariance) -> Vector:
     """(n,) standard deviation of the tiles in native units, poses known."""
-    return np.asarray(np.sqrt(np.einsum("ij,ij->i", covariance.bare, covariance.bare)))
+    return np.asarray(np.sqrt(np.diag(covariance.free)))
 
 
 def inside(found: Explanation, region: Sequence[BoundFields]) -> NDArray[np.bool_]:

@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import norm
 
 from fusion.discrepancy.compared import Compared, recording_names
 from fusion.report.explanations.claim_figures import NOISE, Unit, maps_figure
@@ -130,8 +129,9 @@ def noise_figure(white: Array, text: Figure) -> Figure:
         figure = new_figure(11.0, 3.2)
         ax = figure.subplots()
         ax.bar(edges[:-1], counts, np.diff(edges), align="edge", color=GREY, alpha=0.7, label="recorded")
-        ax.plot(x := np.linspace(-WIDEST, WIDEST, 201), norm.pdf(x) * len(white) * (edges[1] - edges[0]),
-                color=BLUE, label="noise alone")  # fmt: skip
+        x = np.linspace(-WIDEST, WIDEST, 201)
+        normal = np.exp(-0.5 * x**2) * len(white) * (edges[1] - edges[0]) / np.sqrt(2 * np.pi)
+        ax.plot(x, normal, color=BLUE, label="noise alone")
         ax.set_xlabel("residual of a tile in standard deviations of what is known")
         ax.set_ylabel("tiles")
         ax.legend(loc="upper right")

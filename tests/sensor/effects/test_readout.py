@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.interpolate import RegularGridInterpolator
+from scipy.special import ndtr
 
 from fusion.errors import SensorError
 from fusion.geometry.camera import Camera
@@ -12,6 +13,7 @@ from fusion.sensor.effects.readout import READOUT
 from fusion.sensor.effects.readout.amplitude_dropout import AmplitudeDropout
 from fusion.sensor.effects.readout.axial_noise import AxialNoise
 from fusion.sensor.effects.readout.depth_offset import DepthOffset
+from fusion.sensor.effects.readout.depth_quantization import CALM, rounded
 from fusion.sensor.effects.readout.depth_scale import DepthScale
 from fusion.sensor.effects.readout.fixed_pattern import FixedPattern
 from fusion.sensor.effects.readout.saturation import Saturation
@@ -242,3 +244,14 @@ class TestTable:
     def test_what_does_not_fit_is_refused(self, variables, grid, values):
         with pytest.raises(SensorError):
             Tabulated(variables, grid, values)
+
+
+@pytest.mark.parametrize("sigma", [0.02, 0.1, CALM - 1e-9, CALM, 0.5, 0.9, 1.0, 1.5])
+def test_rounding_of_normal_noise_is_exact(sigma):
+    x, k = np.linspace(-1.0, 1.0, 41)[:, None], np.arange(-20, 21)
+    shares = ndtr((k + 0.5 - x) / sigma) - ndtr((k - 0.5 - x) / sigma)
+    mean = (shares * k).sum(axis=1)
+    spread = np.sqrt((shares * (k - mean[:, None]) ** 2).sum(axis=1))
+    found = rounded(x[:, 0], np.full(len(x), sigma))
+    assert found[0] == pytest.approx(mean, abs=1e-13)  # rounding of the sums
+    assert found[1] == pytest.approx(spread, abs=1e-7)  # its root, where next to nothing is left

@@ -7,7 +7,7 @@ from typing import Protocol, Self
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from fusion.calibration.reach import reach
 
@@ -93,7 +93,7 @@ class NoiseFit:
 
     def half_width(self, level: float = 0.9) -> float:
         """Standard deviations that an interval of this level reaches to either side."""
-        return float(student.ppf(0.5 + level / 2, max(self.freedom, 1)))
+        return float(stdtrit(max(self.freedom, 1), 0.5 + level / 2))
 
     def predict_with_std(self, form: NoiseForm) -> tuple[Array, Array]:
         """The law at other places (a form of the same names) and its standard deviation."""

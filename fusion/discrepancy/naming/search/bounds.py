@@ -81,22 +81,29 @@ def _cutter(
     """Makes a candidate that acts within a bound of a variable only; what it changes everywhere is computed once."""
     if candidate.form.map:
         return lambda bound: candidate_of(observations, covariance, candidate.form, (bound,))
-    parts = []
+    values, changes = [], []
     for patch in observations.patches:
-        used = patch.tiles.label >= 0
+        order, shape = patch.tiles.members.indices, patch.tiles.label.shape
         with np.errstate(all="ignore"):
-            changes = [patch.change(effect) for effect in candidate.form.instances()]
             value = VARIABLES[variable](patch.depth, patch.view)
-        seen = np.nan_to_num(np.stack([np.broadcast_to(c, used.shape)[used] for c in changes]), posinf=0, neginf=0)
-        parts.append((patch.tiles, patch.tiles.label[used], np.broadcast_to(value, used.shape)[used], seen))
+            own = [patch.change(effect) for effect in candidate.form.instances()]
+        values.append(np.broadcast_to(value, shape).ravel()[order])
+        changes.append(np.stack([np.broadcast_to(change, shape).ravel()[order] for change in own]))
+    # pixel by pixel, those of one tile together
+    value, change = np.concatenate(values), np.nan_to_num(np.concatenate(changes, axis=1), posinf=0, neginf=0)
+    pixels = np.concatenate([patch.tiles.pixels for patch in observations.patches])
+    number = np.repeat(np.arange(len(pixels)), pixels.astype(int))
+    starts = np.append(0, np.cumsum(pixels.astype(int))[:-1])
+    least, most = np.minimum.reduceat(value, starts), np.maximum.reduceat(value, starts)
+    whole = np.add.reduceat(change, starts, axis=1)
 
     def cut(bound: Bound) -> Candidate:
-        blocks = []
-        for tiles, number, value, changes in parts:
-            acts = (value >= bound.low) & (value <= bound.high)
-            sums = [np.bincount(number, acts * change, minlength=len(tiles)) for change in changes]
-            blocks.append(np.stack(sums, axis=1) / tiles.pixels[:, None])
-        columns = np.concatenate(blocks)
+        sums = np.where((least >= bound.low) & (most <= bound.high), whole, 0.0)
+        parted = ~((least >= bound.low) & (most <= bound.high) | (most < bound.low) | (least > bound.high))
+        some = np.flatnonzero(parted[number])  # pixels of tiles that an edge goes through
+        acts = some[(value[some] >= bound.low) & (value[some] <= bound.high)]
+        sums += [np.bincount(number[acts], own[acts], minlength=len(pixels)) for own in change]
+        columns = (sums / pixels).T
         return Candidate(candidate.form, columns, covariance.whiten(columns), (bound,))
 
     return cut

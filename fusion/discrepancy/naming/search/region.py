@@ -68,10 +68,12 @@ def best_region(
     tried = sum(len(cut.starts) * (len(cut.starts) + 1) // 2 - 1 for cut in cuts)
     best: dict[tuple[bool, str, str], tuple[float, Candidate, Bound]] = {}
     probes = [(candidate, _probe(candidate, weights)) for candidate, weights in candidates]
+    every = np.concatenate([columns for _, columns in probes], axis=1)
+    ends = np.cumsum([columns.shape[1] for _, columns in probes])
     for cut in cuts:
-        sorted_metric = metric[np.ix_(cut.order, cut.order)]
-        for candidate, columns in probes:
-            found = _interval(columns[cut.order], sorted_metric, pull[cut.order], cut)
+        seen = _binned(every[cut.order], metric[np.ix_(cut.order, cut.order)], cut)
+        for (candidate, columns), rows in zip(probes, np.split(seen, ends[:-1]), strict=True):
+            found = _interval(columns[cut.order], rows, pull[cut.order], cut)
             key = is_field(candidate), candidate.name, cut.variable
             if found is not None and (key not in best or found[0] > best[key][0]):
                 best[key] = found[0], candidate, found[1]
@@ -153,17 +155,17 @@ def _cuts(observations: Observations) -> Iterator[_Cut]:
         yield _Cut(name, order, starts[filled], edges[filled])
 
 
-def _interval(columns: Matrix, metric: NDArray[np.float32], pull: Vector, cut: _Cut) -> tuple[float, Bound] | None:
-    """Gain of the best run of bins for columns (n, k), k of 1 or 2, and its bounds."""
+def _binned(columns: Matrix, metric: NDArray[np.float32], cut: _Cut) -> NDArray[np.float32]:
+    """(k, bins, n) products of each bin of columns (n, k) with all tiles."""
+    ends, single = [*cut.starts[1:], len(columns)], columns.T.astype(np.float32)
+    bins = [single[:, i:j] @ metric[i:j] for i, j in zip(cut.starts, ends, strict=True)]
+    return np.stack(bins, axis=1)
+
+
+def _interval(columns: Matrix, rows: NDArray[np.float32], pull: Vector, cut: _Cut) -> tuple[float, Bound] | None:
+    """Gain of the best run of bins for columns (n, k), k of 1 or 2, and its bounds; `rows` are their products."""
     k, n = columns.shape[1], len(pull)
     moments = [_runs1(np.add.reduceat(columns[:, a] * pull, cut.starts)) for a in range(k)]
-    ends = [*cut.starts[1:], n]
-    rows = [
-        np.array(
-            [columns[i:j, a].astype(np.float32) @ metric[i:j] for i, j in zip(cut.starts, ends, strict=True)], float
-        )
-        for a in range(k)
-    ]
     powers = {
         (a, b): _runs2(np.add.reduceat(rows[a] * columns[:, b], cut.starts, axis=1))
         for a in range(k)
