@@ -11,6 +11,7 @@ from fusion.geometry import pose
 from fusion.turntable.all_views.joint import State
 from fusion.turntable.all_views.refined import refined
 from fusion.turntable.axis import Axis, Turns
+from fusion.turntable.guess.alone import held_through
 from fusion.turntable.guess.beginning import Begun, begun_with
 from fusion.turntable.guess.decided import Alone
 from fusion.turntable.pairs.edges import above
@@ -99,8 +100,11 @@ def estimate_motion(
     if begun.by_hand is not None:
         return by_hand(begun.by_hand, begun, n, centre)
     told = None if commanded is None else commanded[used]
-    fine = lambda: [above(v, axis, floor, POINTS_FINE) for v in seen]  # noqa: E731
+    fine = lambda: [above(v.plain(), axis, floor, POINTS_FINE) for v in seen]  # noqa: E731
     fit, camera_fit, taken_out = refined(shown, fine, Turns(axis, angles), told, known)
+    held = None if told is None else held_through(seen, Turns(fit.axis, fit.angles))
+    if held is not None:
+        return by_hand(held, begun, n, centre)
     rejected = {int(i): "the object is not visible" for i in np.setdiff1d(np.arange(n), used)}
     bad = fit.support < 0.5 * np.median(fit.support)
     rejected |= {int(used[k]): f"only {fit.support[k]:.0%} of the visible surface fits" for k in np.flatnonzero(bad)}

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry.camera import Principle
-from fusion.turntable.all_views.camera_fit import DEPTH_ERRORS, WORTH, believed, fit_camera, misfit
+from fusion.turntable.all_views.camera_fit import DEPTH_ERRORS, WORTH, believed, contradicts, fit_camera, misfit
 from fusion.turntable.all_views.log import of_its_sign
 from fusion.turntable.all_views.loop import COARSE_POINTS, Loop, LoopSettings, choose_edges, close_loop
 from fusion.turntable.all_views.together import LEFT_OPEN, TILTS, WIDEST, together
@@ -47,11 +47,11 @@ def refined(
         return close_loop(some, Turns(middle.axis, middle.angles), edges, passes, check)
 
     plain = fitted(first, stated)
-    lens = () if "fx" in seen.views[0].map.camera.std else ((*first, "focal"),)
+    lens = () if "fx" in seen.views[0].map.camera.std or not contradicts(camera_fit) else ((*first, "focal"),)
     ways = (*lens, DEPTH_ERRORS) if known is None else lens
     chosen, best = first, plain
     for free in ways:  # errors of camera or depth must earn their place: they cost precision
-        fit = fitted(free, middle.check)
+        fit = fitted(free, middle.check if lens else middle.check.depth_alone())
         if believed(fit, best):
             chosen, best = free, fit
     if best is plain:
