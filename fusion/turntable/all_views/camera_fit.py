@@ -52,8 +52,8 @@ def fit_camera(
 def contradicts(fit: Loop) -> bool:
     """Whether the fit of a camera asks for another focal length so surely that the scan is tried with it.
 
-    Blur bends a cylinder as a focal length does, by 2 % at 3 standard deviations (tools/sets/hard_scans, seed 408): what
-    is less sure does not bend the motion either.
+    Blur bends a cylinder as a focal length does, by 2 % at 3 standard deviations (tools/sets/hard_scans, seed 408):
+    what is less sure does not bend the motion either.
     """
     return bool(abs(fit.check.values[0]) > SURE * np.hypot(fit.check_std[0], SYSTEMATIC))
 

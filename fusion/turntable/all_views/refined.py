@@ -47,11 +47,13 @@ def refined(
         return close_loop(some, Turns(middle.axis, middle.angles), edges, passes, check)
 
     plain = fitted(first, stated)
-    lens = () if "fx" in seen.views[0].map.camera.std or not contradicts(camera_fit) else ((*first, "focal"),)
+    nominal = "fx" not in seen.views[0].map.camera.std
+    lens = ((*first, "focal"),) if nominal and contradicts(camera_fit) else ()
+    begin = middle.check.depth_alone() if nominal and not lens else middle.check
     ways = (*lens, DEPTH_ERRORS) if known is None else lens
     chosen, best = first, plain
     for free in ways:  # errors of camera or depth must earn their place: they cost precision
-        fit = fitted(free, middle.check if lens else middle.check.depth_alone())
+        fit = fitted(free, begin)
         if believed(fit, best):
             chosen, best = free, fit
     if best is plain:
