@@ -50,7 +50,7 @@ def fit_camera(
 
 
 def contradicts(fit: Loop) -> bool:
-    """Whether the fit of a camera asks for another focal length so surely that the scan is tried with it.
+    """Whether a fit asks for another focal length as surely as a scan that is tried with it has to.
 
     Blur bends a cylinder as a focal length does, by 2 % at 3 standard deviations (tools/sets/hard_scans, seed 408):
     what is less sure does not bend the motion either.

@@ -47,14 +47,14 @@ def refined(
         return close_loop(some, Turns(middle.axis, middle.angles), edges, passes, check)
 
     plain = fitted(first, stated)
-    nominal = "fx" not in seen.views[0].map.camera.std
-    lens = ((*first, "focal"),) if nominal and contradicts(camera_fit) else ()
-    begin = middle.check.depth_alone() if nominal and not lens else middle.check
+    lens = () if "fx" in seen.views[0].map.camera.std else ((*first, "focal"),)
     ways = (*lens, DEPTH_ERRORS) if known is None else lens
-    chosen, best = first, plain
+    chosen, best, begin = first, plain, middle.check
     for free in ways:  # errors of camera or depth must earn their place: they cost precision
         fit = fitted(free, begin)
-        if believed(fit, best):
+        if "focal" in free and not contradicts(fit):
+            begin = begin.depth_alone()
+        elif believed(fit, best):
             chosen, best = free, fit
     if best is plain:
         return plain, camera_fit, plain.check.open_for(last)
