@@ -19,7 +19,7 @@ from fusion.devices.source import Description, SourceFrame
 from fusion.errors import DeviceError
 from fusion.files.extra import extra
 from fusion.geometry.camera import Camera, Principle
-from fusion.recording.formats.bags.lens import made_camera
+from fusion.recording.cameras.lens import made_camera
 from fusion.recording.formats.bags.orbbec import PRINCIPLES
 
 UNTRIED = (

@@ -17,7 +17,7 @@ from fusion.devices.source import Description, SourceFrame
 from fusion.errors import DeviceError
 from fusion.files.extra import extra
 from fusion.geometry.camera import Camera, Principle
-from fusion.recording.formats.bags.lens import made_camera
+from fusion.recording.cameras.lens import made_camera
 from fusion.recording.formats.bags.realsense import PRINCIPLES
 
 RATE = 30

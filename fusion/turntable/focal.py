@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
-from fusion.turntable.all_views.camera_fit import fit_camera
+from fusion.turntable.all_views.camera_fit import SYSTEMATIC, fit_camera
 from fusion.turntable.all_views.together import together
 from fusion.turntable.axis import Turns
 from fusion.turntable.guess.beginning import begin
@@ -17,9 +17,7 @@ from fusion.turntable.selfcheck import no_errors
 from fusion.turntable.views import ObjectView, Region
 
 Array = NDArray[np.float64]
-SURE = 5.0  # standard deviations from which a scan contradicts a camera, or that nothing was pushed
 DOUBT = 3.0  # from which it is said
-SYSTEMATIC = 0.002  # of the focal length: what an unstated lens does to such a fit (guess)
 
 
 @dataclass(frozen=True)

@@ -11,18 +11,18 @@ from fusion.geometry import pose
 from fusion.turntable.all_views.joint import State
 from fusion.turntable.all_views.refined import refined
 from fusion.turntable.axis import Axis, Turns
+from fusion.turntable.guess.alone import held_through
 from fusion.turntable.guess.beginning import Begun, begun_with
 from fusion.turntable.guess.decided import Alone
 from fusion.turntable.pairs.edges import above
 from fusion.turntable.selfcheck import DepthKnown, SelfCheck, no_errors
-from fusion.turntable.table.plate import THICKEST, find_plate
+from fusion.turntable.table.plate import find_plate
 from fusion.turntable.views import ObjectView, Region
 
 Array = NDArray[np.float64]
 LEAST_TURN = np.deg2rad(5)  # less is no scan of an object from its sides
 POINTS_FINE = 3000  # source points per frame
 MISPLACED = 0.5  # misfit of a frame with its partners from which it is left out (guess)
-BOARD = 0.3  # of the size: what a hand turns with the object on it is a plate where it is no higher (guess)
 POINTS_OUTLINE = 200_000  # that tell how far the object reaches
 
 
@@ -100,8 +100,11 @@ def estimate_motion(
     if begun.by_hand is not None:
         return by_hand(begun.by_hand, begun, n, centre)
     told = None if commanded is None else commanded[used]
-    fine = lambda: [above(v, axis, floor, POINTS_FINE) for v in seen]  # noqa: E731
+    fine = lambda: [above(v.plain(), axis, floor, POINTS_FINE) for v in seen]  # noqa: E731
     fit, camera_fit, taken_out = refined(shown, fine, Turns(axis, angles), told, known)
+    held = None if told is None else held_through(seen, Turns(fit.axis, fit.angles))
+    if held is not None:
+        return by_hand(held, begun, n, centre)
     rejected = {int(i): "the object is not visible" for i in np.setdiff1d(np.arange(n), used)}
     bad = fit.support < 0.5 * np.median(fit.support)
     rejected |= {int(used[k]): f"only {fit.support[k]:.0%} of the visible surface fits" for k in np.flatnonzero(bad)}
@@ -152,8 +155,7 @@ def by_hand(found: Alone, begun: Begun, n: int, centre: Array) -> Motion:
     state, lens = found.state, found.lens
     assert lens is not None
     axis = state.axis.nearest_to(centre)
-    # what a hand moves about stands on no turntable, or on one that is: a carton below it is part of it, a board is not
-    plate = find_plate(seen, axis, state.motions(), BOARD if found.wanders else THICKEST)
+    plate = find_plate(seen, axis, state.motions())
     axis = axis if plate is None else axis.raised(plate.height)
     back = pose.inverse(state.motions())
     some = max(1, sum(len(v.points) for v in seen) // POINTS_OUTLINE)

@@ -85,6 +85,10 @@ class ObjectView:
             tones=None if self.tones is None else self.tones[chosen],
         )
 
+    def plain(self) -> "ObjectView":
+        """The view without its print."""
+        return replace(self, print=None, tones=None)
+
 
 def view(
     surface: PointMap,

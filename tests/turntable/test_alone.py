@@ -12,9 +12,10 @@ from fusion.geometry.camera import Camera
 from fusion.geometry.depth import point_map
 from fusion.simulation.demo.demo import looking_at
 from fusion.turntable.all_views.joint import State
-from fusion.turntable.axis import Axis
-from fusion.turntable.guess.alone import find_alone, found_again
+from fusion.turntable.axis import Axis, Turns
+from fusion.turntable.guess.alone import find_alone, found_again, held_through
 from fusion.turntable.guess.everywhere import Heard
+from fusion.turntable.motion import estimate_motion
 from fusion.turntable.table.foot import plate_among
 from fusion.turntable.views import Region, view
 
@@ -48,9 +49,10 @@ def seen(turn, shift, random, color, noise=0.0006):
     return view(surface, shown, image if color else None)
 
 
-def ball(turn, random):
-    """One view of a printed ball of 60 mm before the same camera; it turns about its own middle."""
-    T = pose.inverse(pose.about_axis([0, 0, 0], [0, 0, 1], turn) @ pose.pose(np.eye(3), [0, 0, 0.06])) @ T_WORLD_CAMERA
+def ball(turn, random, off=0.0):
+    """One view of a printed ball of 60 mm before the same camera; it turns about its own middle, or so far off it."""
+    T_turned_ball = pose.pose(np.eye(3), [off, 0, 0.06])
+    T = pose.inverse(pose.about_axis([0, 0, 0], [0, 0, 1], turn) @ T_turned_ball) @ T_WORLD_CAMERA
     rays = np.concatenate([CAMERA.rays(), np.ones((*CAMERA.shape, 1))], axis=-1) @ T[:3, :3].T
     a, b = (rays**2).sum(axis=-1), rays @ T[:3, 3]
     with np.errstate(invalid="ignore"):
@@ -147,6 +149,34 @@ def test_print_holds_a_ball_that_shape_lets_slip():
     error = np.rad2deg(found.state.angles - found.state.angles[0] - turns)
     assert np.abs(error - error.mean()).max() < 1.0  # a pixel on it is 2 degrees
     assert found.lens is not None and not found.wanders
+
+
+@pytest.mark.parametrize("color", [True, False], ids=["print", "none"])
+def test_print_holds_a_ball_of_which_a_log_tells_the_turns(color):
+    """Shape tells of its axis as little as of its turn."""
+    random, turns = np.random.default_rng(6), np.deg2rad(20.0) * np.arange(18)
+    views = [ball(turn, random) for turn in turns]
+    views = views if color else [v.plain() for v in views]
+    T = pose.inverse(T_WORLD_CAMERA)
+    axis = Axis(T[:3, 3], T[:3, 2])
+    found = held_through(views, Turns(axis.moved(np.array([0.005, 0.0, 0.002, -0.002])), turns))
+    assert (found is not None) == color
+    if found is not None:
+        assert axis.distance(found.state.axis.nearest_to(T[:3, 3]).point[None])[0][0] < 0.0005
+        assert np.rad2deg(np.std(found.state.angles - turns)) < 0.5
+
+
+def test_shape_holds_a_box_of_which_a_log_tells_the_turns():
+    turns, _, views = scanned([20.0] * 17, 0.0)
+    T = pose.inverse(T_WORLD_CAMERA)
+    assert held_through(views, Turns(Axis(T[:3, 3], T[:3, 2]), turns)) is None
+
+
+def test_the_motion_of_a_printed_ball_with_a_log_is_that_of_its_print():
+    random, turns = np.random.default_rng(7), np.deg2rad(20.0) * np.arange(18)
+    middle = pose.transform(pose.inverse(T_WORLD_CAMERA), np.array([0.0, 0.0, 0.06]))
+    found = estimate_motion([ball(turn, random, 0.01) for turn in turns], Region(middle - 0.1, middle + 0.1), turns)
+    assert found.held and np.rad2deg(np.std(found.angles - turns)) < 0.5
 
 
 def test_what_turns_about_no_axis_is_told():

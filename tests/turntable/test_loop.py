@@ -76,7 +76,7 @@ def test_a_log_holds_what_views_do_not_tell(owl_scene):
 
 def test_errors_that_run_away_with_more_points_are_not_taken(owl_scene, monkeypatch):
     """The camera fits better in few points, and worse in all: the motion is that of the camera as stated."""
-    views = few(owl_scene.views(replace(owl_scene.camera, fx=190.0 * 1.05, fy=191.0 * 1.05)), 300)
+    views = few(owl_scene.views(replace(owl_scene.camera, fx=190.0 * 1.05, fy=191.0 * 1.05)), 1000)
     start, calls = (owl_scene.axis, owl_scene.angles), []
 
     def run_away(*arguments):
@@ -91,6 +91,14 @@ def test_errors_that_run_away_with_more_points_are_not_taken(owl_scene, monkeypa
     stated = next(loop for loop, settings in calls if not settings.free_camera)
     assert any(settings.reaches[-1] == 0.006 for _, settings in calls)
     assert ran_away is stated
+
+
+@pytest.mark.parametrize(("most", "sure"), [(300, False), (1000, True)], ids=["few points", "many"])
+def test_a_focal_length_bends_the_motion_only_where_the_scan_is_sure_of_it(owl_scene, most, sure):
+    """5 % at 3 or at 6 standard deviations: below 5 the camera is not tried either."""
+    views = few(owl_scene.views(replace(owl_scene.camera, fx=190.0 * 1.05, fy=191.0 * 1.05)), most)
+    fit, *_ = module.refined(views, lambda: views, Turns(owl_scene.axis, owl_scene.angles), None, None)
+    assert (fit.check.values[NAMES.index("focal")] != 0) == sure
 
 
 def test_frames_left_out_stay_out(owl_scene):

@@ -144,6 +144,17 @@ def test_what_is_no_slab_all_round_stays_part_of_the_object(moving):
     assert found is None or found.table is None
 
 
+@pytest.mark.parametrize("shape", [SQUARE, ELL], ids=["square", "L"])
+def test_a_plate_on_a_foot_is_one_however_high_it_stands(shape):
+    """It stands higher than it could be thick, and one looks under it; a brick as high is looked at from the side."""
+    foot, floor = box((-0.02, -0.02, -0.075), (0.02, 0.02, 0.0), GREY), -0.075
+    still = box((-1.0, -1.0, floor - 0.02), (0.5, 1.0, floor), GREY)
+    found = find_plate(*seen((BODY, shape, foot), still), motions())
+    assert found is not None and found.height == pytest.approx(0.0, abs=0.002)
+    thick = find_plate(*seen((BODY, box((-0.13, -0.11, floor), (0.11, 0.12, 0.0), GREY)), still), motions())
+    assert thick is None or thick.table is None
+
+
 def test_a_round_plate_is_found_as_one_with_the_motions_too():
     found = find_plate(*seen((BODY, PLATE), CLOSE), motions())
     assert found is not None and found.table is None and found.height == pytest.approx(0.0, abs=0.002)

@@ -7,6 +7,7 @@ from fusion.errors import RecordingError
 from fusion.files.json_file import read_json
 from fusion.files.schema import one_of
 from fusion.geometry.camera import Camera, Principle
+from fusion.recording.cameras.calibration_files import ENDINGS, camera_of_calibration
 from fusion.recording.cameras.matrix_files import camera_of_others
 from fusion.recording.native.camera_file import camera_content, camera_of
 
@@ -34,7 +35,8 @@ def say_camera(like: str) -> str:
 
 
 def find_camera(camera: Camera | Path | str) -> Camera:
-    """The camera itself, that of a `camera.json`, of Open3D's `intrinsic.json`, of a matrix `K`, or of a named preset.
+    """The camera itself, that of a `camera.json`, of Open3D's `intrinsic.json`, of a matrix `K`, of a YAML file of
+    kalibr, ROS, OpenCV or ORB-SLAM, or of a named preset.
 
     Raises:
         RecordingError: neither a file nor the name of a preset, or a file that cannot be used.
@@ -49,6 +51,8 @@ def find_camera(camera: Camera | Path | str) -> Camera:
     if not Path(camera).is_file():
         expected = "a camera.json or " + one_of(list(PRESETS), camera)
         raise RecordingError("the camera is not known", "--camera", camera, expected)
+    if Path(camera).suffix.lower() in ENDINGS:
+        return camera_of_calibration(Path(camera))
     fields = read_json(Path(camera), RecordingError, "the camera file")
     if isinstance(fields, dict) and {"intrinsic_matrix", "K"} & fields.keys():
         return camera_of_others(camera_content(fields, camera))

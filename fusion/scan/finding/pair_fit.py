@@ -59,7 +59,7 @@ def fit_pairs(
         frames: cut to the window of the region.
         asked: recording and settings.
         region: where the object is.
-        commanded: (n,) angles [rad] as told, or None: then print helps too, which else judges what came of them.
+        commanded: (n,) angles [rad] as told, or None.
         start: a motion that was found before, see `estimate_motion`.
 
     Raises:
@@ -71,14 +71,12 @@ def fit_pairs(
     marks = {} if region.below is None else region.below.marks
     pixels = [None if f is None else usable(f.surface, cut) for f in frames]
     views = [
-        _nothing(frames)
-        if f is None or p is None
-        else view(f.surface, p, f.color if commanded is None else None, marks.get(index))
+        _nothing(frames) if f is None or p is None else view(f.surface, p, f.color, marks.get(index))
         for index, (f, p) in enumerate(zip(frames, pixels, strict=True))
     ]
     with stage("motion"):
         if settings.step is not None and not settings.force:
-            refuse_contradicted_step(views, cut, settings.step)
+            refuse_contradicted_step([v.plain() for v in views], cut, settings.step)
         known = None if settings.sensor is None else _known(settings.sensor, camera, region)
         motion, commanded = _motion(views, cut, _Known(commanded, known, settings.step is None), start)
     if start is not None:

@@ -3,7 +3,8 @@
 from typing import TYPE_CHECKING
 
 from fusion.results.light import Light, level
-from fusion.turntable.focal import DOUBT, SURE
+from fusion.turntable.all_views.camera_fit import SURE
+from fusion.turntable.focal import DOUBT
 
 if TYPE_CHECKING:
     from fusion.scan.result import Scan

@@ -17,7 +17,7 @@ from fusion.results.facts import Gap
 from fusion.scan.finding.poses import TRACKING, only
 from fusion.tracking.equations import lay_out
 from fusion.tracking.icp import IcpResult, align
-from fusion.turntable.focal import SURE
+from fusion.turntable.all_views.camera_fit import SURE
 from fusion.turntable.jumps import Jump
 from fusion.turntable.views import Region
 from fusion.volume.prepared import Prepared

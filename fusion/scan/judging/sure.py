@@ -13,7 +13,8 @@ from fusion.certainty.vertex_sigma import blur_px, vertex_sigma
 from fusion.geometry.camera import Camera
 from fusion.mesh.mesh import Mesh
 from fusion.sensor.sensor import Sensor
-from fusion.turntable.focal import SYSTEMATIC, FocalCheck
+from fusion.turntable.all_views.camera_fit import SYSTEMATIC
+from fusion.turntable.focal import FocalCheck
 from fusion.turntable.motion import Motion
 from fusion.turntable.selfcheck import PRIOR
 from fusion.volume.prepared import Prepared

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.results.light import Light, level
+from fusion.turntable.all_views.camera_fit import SURE
 from fusion.turntable.all_views.log import departure
-from fusion.turntable.focal import SURE
 
 if TYPE_CHECKING:
     from fusion.scan.result import Scan

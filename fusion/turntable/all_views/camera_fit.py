@@ -11,6 +11,8 @@ from fusion.turntable.axis import Turns
 from fusion.turntable.pairs.edges import ViewStack
 from fusion.turntable.selfcheck import LENS, PRIOR
 
+SURE = 5.0  # standard deviations from which a scan contradicts a camera, or that nothing was pushed
+SYSTEMATIC = 0.002  # of the focal length: what an unstated lens does to such a fit (guess)
 DEPTH_ERRORS = ("offset", "radial", "bend2", "bend3", "bend4", "bend5", "bend6")
 
 Array = NDArray[np.float64]
@@ -45,6 +47,15 @@ def fit_camera(
     alone = close_loop(shown, Turns(middle.axis, middle.angles), edges, _passes(LENS, 15, told), start)
     both = close_loop(shown, Turns(alone.axis, alone.angles), edges, _passes(LENS + errors, 5, told), alone.check)
     return both if believed(both, alone) else alone
+
+
+def contradicts(fit: Loop) -> bool:
+    """Whether a fit asks for another focal length as surely as a scan that is tried with it has to.
+
+    Blur bends a cylinder as a focal length does, by 2 % at 3 standard deviations (tools/sets/hard_scans, seed 408):
+    what is less sure does not bend the motion either.
+    """
+    return bool(abs(fit.check.values[0]) > SURE * np.hypot(fit.check_std[0], SYSTEMATIC))
 
 
 def _passes(free: tuple[str, ...], iterations: int, told: Array | None) -> LoopSettings:

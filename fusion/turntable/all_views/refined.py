@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry.camera import Principle
-from fusion.turntable.all_views.camera_fit import DEPTH_ERRORS, WORTH, believed, fit_camera, misfit
+from fusion.turntable.all_views.camera_fit import DEPTH_ERRORS, WORTH, believed, contradicts, fit_camera, misfit
 from fusion.turntable.all_views.log import of_its_sign
 from fusion.turntable.all_views.loop import COARSE_POINTS, Loop, LoopSettings, choose_edges, close_loop
 from fusion.turntable.all_views.together import LEFT_OPEN, TILTS, WIDEST, together
@@ -49,10 +49,12 @@ def refined(
     plain = fitted(first, stated)
     lens = () if "fx" in seen.views[0].map.camera.std else ((*first, "focal"),)
     ways = (*lens, DEPTH_ERRORS) if known is None else lens
-    chosen, best = first, plain
+    chosen, best, begin = first, plain, middle.check
     for free in ways:  # errors of camera or depth must earn their place: they cost precision
-        fit = fitted(free, middle.check)
-        if believed(fit, best):
+        fit = fitted(free, begin)
+        if "focal" in free and not contradicts(fit):
+            begin = begin.depth_alone()
+        elif believed(fit, best):
             chosen, best = free, fit
     if best is plain:
         return plain, camera_fit, plain.check.open_for(last)

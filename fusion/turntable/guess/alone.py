@@ -12,14 +12,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.turntable.all_views.joint import NOTHING, PairMotions, State, fit_to_pairs
-from fusion.turntable.axis import Axis
+from fusion.turntable.axis import Axis, Turns
 from fusion.turntable.below.told import COUNTS, told_below
 from fusion.turntable.guess.agreeing import NEIGHBOURS, agreeing, places_between
-from fusion.turntable.guess.decided import POINTS_JOINT, Alone, best_partners, decided, nothing_turns
+from fusion.turntable.guess.decided import (
+    POINTS_JOINT,
+    Alone,
+    best_partners,
+    decided,
+    held_by_print,
+    nothing_turns,
+    printed,
+)
 from fusion.turntable.guess.everywhere import listen
 from fusion.turntable.guess.labels import consistent, unwound
 from fusion.turntable.guess.upright import upright_axis
-from fusion.turntable.pairs.edges import CLEAR, FEWEST, above, stack, thinned_view
+from fusion.turntable.pairs.edges import CLEAR, FEWEST, Edges, above, stack, thinned_view
 from fusion.turntable.table.foot import plate_among
 from fusion.turntable.views import ObjectView, Region
 
@@ -76,11 +84,25 @@ def found_again(views: Sequence[ObjectView], start: State) -> Alone:
     Raises:
         TrackingError: the views do not fit turns about one axis.
     """
-    n = len(views)
-    i, j = np.triu_indices(n, 1)
-    apart = np.abs((start.angles[j] - start.angles[i] + np.pi) % (2 * np.pi) - np.pi)
+    return decided(stack([thinned_view(v, POINTS_JOINT) for v in views]), start, _near_in_turn(start.angles))
+
+
+def held_through(views: Sequence[ObjectView], motion: Turns) -> Alone | None:
+    """The motion of views (n) that was told, made better by print where shape lets it slip; None where shape holds it.
+
+    Such an object is nearly round, and shape tells of its axis as little as of its turn.
+    """
+    seen, state = stack([thinned_view(v, POINTS_JOINT) for v in views]), State(*motion, np.zeros((len(views), 2)))
+    edges = _near_in_turn(motion.angles)
+    return printed(seen, (state, state), edges) if held_by_print(seen, state, edges) else None
+
+
+def _near_in_turn(angles: Array) -> Edges:
+    """Both ways, each view with some of those that are turned little from it; angles (n,) [rad]."""
+    i, j = np.triu_indices(len(angles), 1)
+    apart = np.abs((angles[j] - angles[i] + np.pi) % (2 * np.pi) - np.pi)
     near = (apart < NEIGHBOURS) | (j == i + 1)
     edges = list(zip(i[near].tolist(), j[near].tolist(), strict=True))
     # partners of all distances: the nearest alone, as those of a hand at rest, would say nothing of the rest
     worth = np.random.default_rng(0).uniform(size=len(edges))
-    return decided(stack([thinned_view(v, POINTS_JOINT) for v in views]), start, best_partners(edges, worth, n))
+    return best_partners(edges, worth, len(angles))

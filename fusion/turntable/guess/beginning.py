@@ -78,9 +78,10 @@ def begun_with(
         stride, steps, axis = _first_axis(seen, (region.low + region.high) / 2, told)
     ground = ground_height(seen, axis)
     floor = -np.inf if ground is None else ground + CLEAR
-    shown = [above(v, axis, floor, POINTS_FIRST) for v in seen]
+    plain = [v.plain() for v in seen]
+    shown = [above(v, axis, floor, POINTS_FIRST) for v in plain]
     if np.median([len(v.points) for v in shown]) < FEWEST:
-        shown, floor = [thinned_view(v, POINTS_FIRST) for v in seen], -np.inf
+        shown, floor = [thinned_view(v, POINTS_FIRST) for v in plain], -np.inf
     if start is None and told is not None:
         axis, angles = _chain(shown, axis, steps, stride, told)
     by_hand = None if alone is None or alone.lens is None else alone
@@ -96,7 +97,7 @@ def _first_axis(views: list[ObjectView], centre: Array, commanded: Array | None)
         stride = int(np.clip(round(np.deg2rad(15) / step), 1, max(1, (len(views) - 1) // 2)))
     while True:
         starts = np.arange(0, len(views) - stride, max(1, (len(views) - stride) // 8)).tolist()
-        both = stack([thinned_view(views[k], POINTS_FIRST) for i in starts for k in (i, i + stride)])
+        both = stack([thinned_view(views[k].plain(), POINTS_FIRST) for i in starts for k in (i, i + stride)])
         best = min((_try_axis(both, guess) for guess in axis_guesses(centre)), key=lambda found: found[0])
         typical = float(np.median(np.abs(best[2])))
         if commanded is not None or typical > np.deg2rad(7) or 2 * stride >= len(views) // 2:

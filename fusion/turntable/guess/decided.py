@@ -69,15 +69,23 @@ def decided(seen: ViewStack, state: State, edges: Edges, told: PairMotions = NOT
     narrow = fit_jointly(seen, start, edges, COARSE, Free(FIXED, focal=True), told=told)
     moved = explained(narrow, wide)
     wanders = moved >= WANDERS
-    if not wanders and not held_by_print(seen, narrow, edges, told):
+    if wanders:
+        return Alone(wide.state, wide, _of_any_lens(seen, wide.state, edges, told), True, moved, told)
+    if not held_by_print(seen, narrow.state, edges, told):
         return Alone(narrow.state, narrow, None, explained=moved)
+    return replace(printed(seen, (narrow.state, wide.state), edges, told), explained=moved)
+
+
+def printed(seen: ViewStack, near: tuple[State, State], edges: Edges, told: PairMotions = NOTHING) -> Alone:
+    """The fit about one axis, by the stated camera, of what print holds; `near`: before, and where shifts are free."""
+    stated = fit_jointly(seen, replace(near[0], focal=0.0), edges, JOINT, Free(FIXED), told=told)
+    return Alone(stated.state, stated, _of_any_lens(seen, near[1], edges, told), told=told)
+
+
+def _of_any_lens(seen: ViewStack, state: State, edges: Edges, told: PairMotions) -> Joint:
     # a hand does not move the object so that a wrong focal length keeps it in shape; an axis held still, though it
     # drifts by 0.8 mm (rms), pulls the focal length by 2.2 %
-    lens = fit_jointly(seen, wide.state, edges, (JOINT[0], *JOINT), Free(1.0, focal=True), told=told)
-    if wanders:
-        return Alone(wide.state, wide, lens, True, moved, told)
-    stated = fit_jointly(seen, replace(narrow.state, focal=0.0), edges, JOINT, Free(FIXED), told=told)
-    return Alone(stated.state, stated, lens, explained=moved, told=told)
+    return fit_jointly(seen, state, edges, (JOINT[0], *JOINT), Free(1.0, focal=True), told=told)
 
 
 def explained(narrow: Joint, wide: Joint) -> float:
@@ -93,13 +101,13 @@ def explained(narrow: Joint, wide: Joint) -> float:
     return float((before - after) / (2 * n) / max(1.0, after / left if left > 0 else 1.0))
 
 
-def held_by_print(seen: ViewStack, found: Joint, edges: Edges, told: PairMotions = NOTHING) -> bool:
+def held_by_print(seen: ViewStack, state: State, edges: Edges, told: PairMotions = NOTHING) -> bool:
     """Whether it is mostly print, on the object or below it, that tells the angles: without it they would be known
     clearly worse."""
     if not len(seen.tones):
         return False
-    both = angle_stds(seen, found.state, edges, JOINT[-1], told)
-    shape = angle_stds(seen, found.state, edges, replace(JOINT[-1], tone=0.0))
+    both = angle_stds(seen, state, edges, JOINT[-1], told)
+    shape = angle_stds(seen, state, edges, replace(JOINT[-1], tone=0.0))
     return bool(np.median(shape[1:]) > SLIPS * np.median(both[1:]))
 
 

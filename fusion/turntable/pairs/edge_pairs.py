@@ -14,6 +14,9 @@ I8_2 = ti.types.ndarray(ti.i8, 2)
 vec3 = ti.types.vector(3, ti.f32)
 ERRORS = len(DEPTH)
 terms_type = ti.types.vector(ERRORS, ti.f32)
+BLOCK = 64  # points
+COLUMNS = 5 + 3 + ERRORS  # derivatives of a pair
+NOWHERE = -1  # as a pixel
 HIDDEN, SEEN, PAIRED = 0, 1, 2  # the model's camera cannot tell; sees the place, and no partner there; a pair
 
 
@@ -104,56 +107,76 @@ def _by_camera(
                 out[e, k, 10 + s] = change[s]
 
 
+@func
+def _find_pixels(
+    out: ti.template(), R: ti.template(), t: ti.template(), begin: ti.i32, end: ti.i32, sources: ti.template(),
+    maps: ti.template(), camera: ti.template(), limits: ti.template(),
+):  # fmt: skip
+    """In which pixel of a map points lie, NOWHERE outside.
+
+    What lies there is looked up in a loop of its own: so short a one has many under way, and memory answers while it
+    goes on.
+    """
+    for k in range(end):
+        at = begin + k
+        q = R @ _corrected(sources[at, 0], sources[at, 1], sources[at, 2], camera) + t
+        x, y = project(q[0] / q[2], q[1] / q[2], ti.static(camera.lens), True)
+        u, v = ti.floor(x / limits[2] + 0.5, ti.i32), ti.floor(y / limits[2] + 0.5, ti.i32)
+        inside = (q[2] > 0.05) & (u >= 0) & (u < maps.shape[2]) & (v >= 0) & (v < maps.shape[1])
+        out[k] = ti.select(inside, v * maps.shape[2] + u, NOWHERE)
+
+
 @kernel
 def pair_edges(
     views: PairedViews,
     camera: CameraErrors,
     axis: F32_2,  # (4, 3) point, direction, the two across
     limits: F32,  # (3,) reach [m], least cosine, pixels between those of `maps`
-    pixel: I32_2,  # (m, most) to work with
     code: I8_2,  # (m, most) out
     out: F32_3,  # (m, most, 7 to 20) out, of pairs: residual, sigma, derivatives
 ):
     """What becomes of each point of each edge's source."""
     edges, poses, first, maps = ti.static((views.edges, views.poses, views.first, views.maps))
-    sources, lens = ti.static((views.sources, camera.lens))
+    sources = ti.static(views.sources)
     for part in range(edges.shape[0] * SPLIT):
         if part % SPLIT == 0:
             e = part // SPLIT
             i, j = edges[e, 0], edges[e, 1]
             R = ti.Matrix([[poses[e, r, c] for c in ti.static(range(3))] for r in ti.static(range(3))])
             t = vec3(poses[e, 0, 3], poses[e, 1, 3], poses[e, 2, 3])
-            width = maps.shape[2]
-            # pixels first: so short a loop has several of them under way, and memory answers while it goes on
-            for k in range(code.shape[1]):
-                at = first[i] + k
-                code[e, k] = ti.cast(HIDDEN, ti.i8)
-                if at < first[i + 1]:
-                    p = _corrected(sources[at, 0], sources[at, 1], sources[at, 2], camera)
-                    q = R @ p + t
-                    x, y = project(q[0] / q[2], q[1] / q[2], lens, True)
-                    u = ti.floor(x / limits[2] + 0.5, ti.i32)
-                    v = ti.floor(y / limits[2] + 0.5, ti.i32)
-                    if q[2] > 0.05 and 0 <= u < width and 0 <= v < maps.shape[1] and maps[j, v, u, 2] > 0.0:
-                        code[e, k] = ti.cast(SEEN, ti.i8)
-                        pixel[e, k] = v * width + u
-            for k in range(code.shape[1]):
-                if code[e, k] == SEEN:
-                    at, v, u = first[i] + k, pixel[e, k] // width, pixel[e, k] % width
-                    p = _corrected(sources[at, 0], sources[at, 1], sources[at, 2], camera)
-                    q = R @ p + t
-                    there = _corrected(maps[j, v, u, 0], maps[j, v, u, 1], maps[j, v, u, 2], camera)
-                    n = vec3(maps[j, v, u, 3], maps[j, v, u, 4], maps[j, v, u, 5])
-                    m = R @ vec3(sources[at, 3], sources[at, 4], sources[at, 5])
-                    if (q - there).norm() < limits[0] and m.dot(n) > limits[1]:  # a NaN normal compares false
-                        code[e, k] = ti.cast(PAIRED, ti.i8)
-                        wide = ti.math.isnan(maps[j, v, u, 6])
-                        spread = sources[at, 6] ** 2 + (0.0 if wide else maps[j, v, u, 6] ** 2)
-                        # depth noise acts along the line of sight: seen along the normal it shrinks by the cosine
-                        out[e, k, 0] = n.dot(q - there)
-                        out[e, k, 1] = ti.max(ti.abs(n.dot(there)) / there.norm() * ti.sqrt(spread), 1e-5)
-                        turned = _by_axis(out, e, k, q, n, R, axis)
-                        _by_camera(out, e, k, p, turned, there, n, camera)
+            at_pixel, sigma = ti.Vector([0] * BLOCK), ti.Vector([0.0] * BLOCK)
+            width, begin, points = maps.shape[2], first[i], first[i + 1] - first[i]
+            for block in range((code.shape[1] + BLOCK - 1) // BLOCK):
+                rest = block * BLOCK
+                end = ti.max(ti.min(BLOCK, points - rest), 0)
+                _find_pixels(at_pixel, R, t, begin + rest, end, sources, maps, camera, limits)
+                for k in range(ti.min(BLOCK, code.shape[1] - rest)):
+                    code[e, rest + k] = ti.cast(HIDDEN, ti.i8)
+                for k in range(end):
+                    if at_pixel[k] > NOWHERE:
+                        v, u = at_pixel[k] // width, at_pixel[k] % width
+                        sigma[k] = maps[j, v, u, 6]
+                        if maps[j, v, u, 2] > 0.0:
+                            code[e, rest + k] = ti.cast(SEEN, ti.i8)
+                        else:
+                            at_pixel[k] = NOWHERE
+                for k in range(end):
+                    if at_pixel[k] > NOWHERE:
+                        at, v, u = begin + rest + k, at_pixel[k] // width, at_pixel[k] % width
+                        p = _corrected(sources[at, 0], sources[at, 1], sources[at, 2], camera)
+                        q = R @ p + t
+                        there = _corrected(maps[j, v, u, 0], maps[j, v, u, 1], maps[j, v, u, 2], camera)
+                        n = vec3(maps[j, v, u, 3], maps[j, v, u, 4], maps[j, v, u, 5])
+                        m = R @ vec3(sources[at, 3], sources[at, 4], sources[at, 5])
+                        if (q - there).norm() < limits[0] and m.dot(n) > limits[1]:  # a NaN normal compares false
+                            to = rest + k
+                            code[e, to] = ti.cast(PAIRED, ti.i8)
+                            spread = sources[at, 6] ** 2 + (0.0 if ti.math.isnan(sigma[k]) else sigma[k] ** 2)
+                            # depth noise acts along the line of sight: seen along the normal it shrinks by the cosine
+                            out[e, to, 0] = n.dot(q - there)
+                            out[e, to, 1] = ti.max(ti.abs(n.dot(there)) / there.norm() * ti.sqrt(spread), 1e-5)
+                            turned = _by_axis(out, e, to, q, n, R, axis)
+                            _by_camera(out, e, to, p, turned, there, n, camera)
 
 
 @kernel
@@ -171,6 +194,7 @@ def sum_edges(
         if part % SPLIT == 0:
             e = part // SPLIT
             squares, fitting, visible = ti.cast(0.0, ti.f64), 0, 0
+            d, sums = ti.Vector([0.0] * COLUMNS), ti.Vector([0.0] * (COLUMNS * (COLUMNS + 1) // 2), ti.f64)
             for k in range(code.shape[1]):
                 if scale[e] > 0.0 and code[e, k] > HIDDEN:
                     visible += 1
@@ -182,10 +206,13 @@ def sum_edges(
                             fitting += 1
                             squares += residual * residual
                             for a in range(columns.shape[0]):
-                                i = columns[a]
-                                weighted = (inside / spread) ** 2 * out[e, k, 2 + i]
-                                g[e, i] = g[e, i] + weighted * residual
+                                d[a] = out[e, k, 2 + columns[a]]
+                            for a in range(columns.shape[0]):
+                                weighted = (inside / spread) ** 2 * d[a]
+                                g[e, columns[a]] = g[e, columns[a]] + weighted * residual
                                 for b in range(a + 1):
-                                    j = columns[b]
-                                    H[e, i, j] = H[e, i, j] + weighted * out[e, k, 2 + j]
+                                    sums[a * (a + 1) // 2 + b] = sums[a * (a + 1) // 2 + b] + weighted * d[b]
             totals[e, 0], totals[e, 1], totals[e, 2] = squares, fitting, visible
+            for a in range(columns.shape[0]):
+                for b in range(a + 1):
+                    H[e, columns[a], columns[b]] = sums[a * (a + 1) // 2 + b]

@@ -86,6 +86,23 @@ def _add_print(
                 _add(sums, e, MATRIX, d, 1.0 / (limits[4] * limits[4] * (1.0 + ratio * ratio)), off)
 
 
+@func
+def _find_places(
+    right: ti.template(), down: ti.template(), R: ti.template(), t: ti.template(), begin: ti.i32, step: ti.i32,
+    end: ti.i32, sources: ti.template(), maps: ti.template(), lens: ti.template(), limits: ti.template(),
+):  # fmt: skip
+    """Where in a map points lie, NOWHERE to the right outside; what is there is looked up in a loop of its own, see
+    `edge_pairs`."""
+    for k in range(end):
+        at = begin + k * step
+        q = R @ vec3(sources[at, 0] * limits[6], sources[at, 1] * limits[6], sources[at, 2]) + t
+        x, y = project(q[0] / q[2] / limits[6], q[1] / q[2] / limits[6], lens, True)
+        x, y = x / limits[2], y / limits[2]
+        u, v = ti.floor(x + 0.5, ti.i32), ti.floor(y + 0.5, ti.i32)
+        inside = (q[2] > 0.05) & (u >= 0) & (u < maps.shape[2]) & (v >= 0) & (v < maps.shape[1])
+        right[k], down[k] = ti.select(inside, x, NOWHERE), y
+
+
 @kernel
 def twist_sums(
     views: PairedViews,
@@ -95,7 +112,6 @@ def twist_sums(
     centre: F32,  # (3,) about which the motion turns, in the model's frame
     limits: F32,  # (7,) reach [m], least cosine, stride of the maps, scale of sigma, tone (see `Limits`), most points,
     # stated over true focal length
-    place: F32_3,  # (m, BLOCK, 2) to work with
     sums: F64_2,  # (m, WIDTH) zeros, out
 ):
     """Equations of each pair's motion, and counts."""
@@ -110,21 +126,19 @@ def twist_sums(
             middle = vec3(centre[0], centre[1], centre[2])
             step = ti.max(1, (first[i + 1] - first[i]) // ti.cast(limits[5], ti.i32))
             count = (first[i + 1] - first[i]) // step
+            right, down, sigma = ti.Vector([0.0] * BLOCK), ti.Vector([0.0] * BLOCK), ti.Vector([0.0] * BLOCK)
             for block in range((count + BLOCK - 1) // BLOCK):
                 begin, end = first[i] + block * BLOCK * step, ti.min(BLOCK, count - block * BLOCK)
-                # places first: so short a loop has several of them under way, and memory answers while it goes on
+                _find_places(right, down, R, t, begin, step, end, sources, maps, lens, limits)
                 for k in range(end):
-                    at = begin + k * step
-                    q = R @ vec3(sources[at, 0] * limits[6], sources[at, 1] * limits[6], sources[at, 2]) + t
-                    x, y = project(q[0] / q[2] / limits[6], q[1] / q[2] / limits[6], lens, True)
-                    x, y = x / limits[2], y / limits[2]
-                    u, v = ti.floor(x + 0.5, ti.i32), ti.floor(y + 0.5, ti.i32)
-                    place[e, k, 0] = NOWHERE
-                    if q[2] > 0.05 and 0 <= u < maps.shape[2] and 0 <= v < maps.shape[1] and maps[j, v, u, 2] > 0.0:
-                        place[e, k, 0], place[e, k, 1] = x, y
+                    if right[k] > NOWHERE:
+                        u, v = ti.floor(right[k] + 0.5, ti.i32), ti.floor(down[k] + 0.5, ti.i32)
+                        sigma[k] = maps[j, v, u, 6]
+                        if not maps[j, v, u, 2] > 0.0:
+                            right[k] = NOWHERE
                 for k in range(end):
-                    if place[e, k, 0] > NOWHERE:
-                        at, x, y = begin + k * step, place[e, k, 0], place[e, k, 1]
+                    if right[k] > NOWHERE:
+                        at, x, y = begin + k * step, right[k], down[k]
                         u, v = ti.floor(x + 0.5, ti.i32), ti.floor(y + 0.5, ti.i32)
                         p = vec3(sources[at, 0] * limits[6], sources[at, 1] * limits[6], sources[at, 2])
                         q = R @ p + t
@@ -136,8 +150,8 @@ def twist_sums(
                         if near or not hidden:
                             _count(sums, e, VISIBLE, 1.0)
                         if near:
-                            wide = ti.math.isnan(maps[j, v, u, 6])
-                            spread = sources[at, 6] ** 2 + (0.0 if wide else maps[j, v, u, 6] ** 2)
+                            wide = ti.math.isnan(sigma[k])
+                            spread = sources[at, 6] ** 2 + (0.0 if wide else sigma[k] ** 2)
                             spread = ti.max(ti.abs(n.dot(there)) / there.norm() * ti.sqrt(spread), 1e-5)
                             _add_shape(sums, e, R, p, there, q - middle, n, n.dot(q - there), spread, limits)
                             if images.shape[0] > 0:

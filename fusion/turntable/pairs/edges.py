@@ -195,7 +195,6 @@ def paired(
         CameraErrors(check.camera(camera).parameters, stated, check.values.astype(np.float32), check.span),
         np.vstack([axis.point, axis.direction, axis.across()]).astype(np.float32),
         np.array([seen.reach(limits[0]), limits[1], seen.stride], np.float32),
-        np.empty(code.shape, np.int32),
         code,
         out,
     )

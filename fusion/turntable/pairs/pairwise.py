@@ -60,7 +60,7 @@ def twists(
     """The equations of m pairs of views at poses (m, 4, 4) (model from source), by a focal length log(f / stated)."""
     from fusion.compute.cards.memory import read_only  # starts Taichi
     from fusion.turntable.pairs.edge_pairs import PairedViews
-    from fusion.turntable.pairs.edge_twists import BLOCK, COUNTS, MATRIX, WIDTH, twist_sums
+    from fusion.turntable.pairs.edge_twists import COUNTS, MATRIX, WIDTH, twist_sums
 
     start()
     sums = np.zeros((len(edges), WIDTH))
@@ -74,7 +74,7 @@ def twists(
         ),
         read_only(tones), seen.images, read_only(seen.views[0].map.camera.parameters),
         read_only(np.asarray(centre, np.float32)), read_only(np.array(how, np.float32)),
-        np.empty((len(edges), BLOCK, 2), np.float32), sums,
+        sums,
     )  # fmt: skip
     both = sums[:, :MATRIX] + sums[:, MATRIX : 2 * MATRIX]
     visible, pairs, far, odds, _, printed, product, own, other, off = sums[:, -COUNTS:].T

@@ -33,9 +33,7 @@ class Plate:
     table: float | None = None
 
 
-def find_plate(
-    views: Sequence[ObjectView], axis: Axis, motions: Array | None = None, thickest: float = THICKEST
-) -> Plate | None:
+def find_plate(views: Sequence[ObjectView], axis: Axis, motions: Array | None = None) -> Plate | None:
     """The plate, or the table where that alone is seen; None when there is neither.
 
     The plate is the largest level surface near the foot of what turns that is seen all round and does not turn itself:
@@ -47,7 +45,6 @@ def find_plate(
         axis: of the turn.
         motions: (n, 4, 4) what brings the object from its place at angle 0 to that in each view; None: plates of other
             shapes are not looked for.
-        thickest: the highest that one of another shape stands above the table, in sizes of what turns.
     """
     step, size = max(1, len(views) // 25), size_of(views, axis)
     some, turned = views[::step], None if motions is None else motions[::step]
@@ -59,7 +56,7 @@ def find_plate(
             return Plate(rimmed)
         # a plate that is wider than what is seen to turn hides the table up to its border
         tables = found or [h for h in levels if is_plate(some, axis, h, size, max(WIDER) * BEYOND)]
-        slab = None if turned is None or not tables else _slab(some, axis, turned, (min(tables), thickest), size)
+        slab = None if turned is None or not tables else _slab(some, axis, turned, min(tables), size)
         if slab is not None:
             return Plate(slab, min(tables))
         if found:
@@ -94,15 +91,12 @@ def has_a_rim(views: Sequence[ObjectView], axis: Axis, height: float, size: floa
     return bool(np.mean(ends >= ROUND * outermost) >= SIDES and beyond.any(axis=0).sum() >= LEAST_SECTORS)
 
 
-def _slab(
-    views: Sequence[ObjectView], axis: Axis, motions: Array, table: tuple[float, float], size: float
-) -> float | None:
-    """Height of a plate that turns so far [m] above a table that stands still, at most; None where there is none."""
-    ground, thickest = table
+def _slab(views: Sequence[ObjectView], axis: Axis, motions: Array, ground: float, size: float) -> float | None:
+    """Height of a plate that turns above a table that stands still [m]; None where there is none."""
     reach = max(WIDER) * reach_of(views, axis)
     near = [axis.distance(_level(v, axis)) for v in views]
     height = np.concatenate([h[r < reach] for r, h in near])
-    limits = (ground + LOWEST * size, ground + thickest * size)
+    limits = (ground + LOWEST * size, ground + THICKEST * size)
     height = height[(height > limits[0]) & (height < limits[1])]
     levels = _largest(height, limits, CELL * size) if len(height) >= LEAST_LEVEL else []
     return next((h for h in levels if is_slab(views, axis, motions, (h, ground), size)), None)

@@ -2,7 +2,8 @@
 
 A round plate stands still in every image (see `level`); a square one comes and goes. Turned back by the angles of the
 frames it stands still as well, and so does a book that carries the object. The table tells them apart: close below a
-plate, one looks past its border onto a level surface that does not turn; a book on a foot has none, or far below.
+plate, one looks past its border onto a level surface that does not turn; a book on a foot has none, or far below. How
+high it stands is not how thick it is: one that stands on feet or a bearing is looked under, a carton is not.
 """
 
 from collections.abc import Sequence
@@ -14,11 +15,13 @@ from fusion.geometry.pose import inverse, transform
 from fusion.turntable.axis import Axis
 from fusion.turntable.table.level import (
     BEYOND,
+    LEAST_FRAMES,
     LEAST_RINGS,
     LEAST_SECTORS,
     RINGS,
     SECTORS,
     SIDES,
+    STEADY,
     THICK,
     UNSTEADY,
     cells_of,
@@ -29,7 +32,9 @@ from fusion.turntable.views import ObjectView
 
 Array = NDArray[np.float64]
 LOWEST = 0.05  # of the size above the table: less is its noise (guess)
-FLAT = 1 / 4  # of its width is the height of a plate above the table at most; a brick or a carton stands higher (guess)
+FLAT = 1 / 4  # of its width is the thickness of a plate at most; a brick or a carton is thicker (guess)
+UNDER = 1 / 3  # of the way up from the table, where a slab that stands free is looked under (guess)
+INSIDE = 2  # rings within its border, where it is looked under
 HALFWAY = 0.45  # of the way down to the table still counts as the slab: what lies below is seen past it
 CARRIED = 0.8  # of the points above it stand over it: an arm may reach out, a step on one side carries little (guess)
 WIDER = (1, 2)  # as far as plates reach, and as far as those of small things do
@@ -69,7 +74,32 @@ def _is_slab(
     wide = 2 * float(np.mean(ends[ends > 0])) * reach / RINGS
     beyond = told & (share < PAST) & (np.arange(RINGS)[:, None] >= ends)
     ended = np.asarray(beyond.any(axis=0))[ends > 0].mean() >= SIDES
-    return bool(ended and over < FLAT * wide and _carried(views, axis, motions, height + most, ends * reach / RINGS))
+    if not ended or not _carried(views, axis, motions, height + most, ends * reach / RINGS):
+        return False
+    free = over >= FLAT * wide and _looked_under(views, axis, motions, (heights[1], UNDER * over), (ends, reach))
+    return over * (1 - UNDER if free else 1) < FLAT * wide
+
+
+def _looked_under(
+    views: Sequence[ObjectView], axis: Axis, motions: Array, low: tuple[float, float], border: tuple[Array, float]
+) -> bool:
+    """Whether one sees the table through places so far [m] above it, within the border of a slab.
+
+    The sides of what stands on the table hide them.
+
+    Args:
+        views, axis, motions: as of `is_slab`.
+        low: height of the table along the axis, and of the places above it [m].
+        border: of each sector the ring in which the slab ends, and how far all rings reach [m].
+    """
+    (ground, above), (ends, reach) = low, border
+    plane = np.array([ground + above, 0.0, 0.0])
+    cells = cells_of(axis, plane, reach)
+    seen = counted(views, axis, plane, HALFWAY * above, [transform(T, cells) for T in motions])
+    places = np.maximum(ends - INSIDE, 0).astype(int), np.arange(SECTORS)
+    there, through = seen.there[places], seen.through[places]
+    known = (there + through >= LEAST_FRAMES) & (ends > 0)
+    return bool(known.mean() >= SIDES and (through > STEADY * (there + through))[known].mean() >= SIDES)
 
 
 def reach_of(views: Sequence[ObjectView], axis: Axis) -> float:

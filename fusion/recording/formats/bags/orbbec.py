@@ -13,8 +13,8 @@ import numpy as np
 from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera, Principle
 from fusion.geometry.pose import Array, is_rigid, pose
+from fusion.recording.cameras.lens import made_camera
 from fusion.recording.formats.bags.containers.store import Store, Topic, cut
-from fusion.recording.formats.bags.lens import made_camera
 from fusion.recording.formats.bags.messages.values import message
 from fusion.recording.formats.bags.pictures import IMAGE, look_at
 from fusion.recording.formats.bags.streams import BagStream, ChosenStreams, stream_stamps

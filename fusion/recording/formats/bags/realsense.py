@@ -11,8 +11,8 @@ import numpy as np
 from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera, Principle
 from fusion.geometry.pose import Array, from_tum, inverse, pose
+from fusion.recording.cameras.lens import camera_of_info, made_camera
 from fusion.recording.formats.bags.containers.store import Store, Topic
-from fusion.recording.formats.bags.lens import camera_of, made_camera
 from fusion.recording.formats.bags.messages.values import RosValues, decoded, message
 from fusion.recording.formats.bags.pictures import COMPRESSED, IMAGE
 from fusion.recording.formats.bags.streams import BagStream, ChosenStreams, stream_stamps
@@ -107,7 +107,7 @@ def _camera(store: Store, name: str) -> Camera | None:
         lengths = (values["fx"], values["fy"], values["ppx"], values["ppy"])
         return made_camera(int(values["width"]), int(values["height"]), lengths, model, d, text.name)
     topic = store.topics.get(f"{root}/info/camera_info") or store.topics.get(f"{root}/image/camera_info")
-    return None if topic is None else camera_of(message(topic, 0), topic.name)
+    return None if topic is None else camera_of_info(message(topic, 0), topic.name)
 
 
 def _depth_scale(store: Store, topic: Topic, warnings: list[str]) -> float | None:

@@ -15,15 +15,14 @@ from fusion.errors import RecordingError
 from fusion.files.json_file import json_in
 from fusion.geometry.camera import Camera
 from fusion.geometry.trajectory import Trajectory
+from fusion.recording.cameras.lens import camera_of_info
 from fusion.recording.cameras.presets import say_camera
 from fusion.recording.formats.bags.containers.store import Store, Topic
-from fusion.recording.formats.bags.lens import camera_of
 from fusion.recording.formats.bags.messages.values import frame_of, message
 from fusion.recording.formats.bags.pictures import COMPRESSED, IMAGE, FirstImage, look_at
 from fusion.recording.formats.bags.streams import METRES_SCALE, BagStream, ChosenStreams, stream_stamps
 from fusion.recording.formats.bags.transforms import Tree, between, poses_at, read_tree, stated_poses
-from fusion.recording.native.camera_file import camera_content
-from fusion.recording.native.camera_file import camera_of as own_camera_of
+from fusion.recording.native.camera_file import camera_content, camera_of
 from fusion.recording.native.device_file import settings_in
 from fusion.recording.native.scene_file import scene_in
 from fusion.recording.native.telemetry_file import telemetry_in
@@ -124,7 +123,7 @@ def _own_camera(store: Store, depth: ImageTopic) -> Camera | None:
     text = _own_text(store, CAMERA_TOPIC)
     if not text:
         return None
-    camera = own_camera_of(camera_content(json_in(text, CAMERA_TOPIC, RecordingError), CAMERA_TOPIC))
+    camera = camera_of(camera_content(json_in(text, CAMERA_TOPIC, RecordingError), CAMERA_TOPIC))
     return camera if camera.shape == (depth.look.height, depth.look.width) else None
 
 
@@ -163,7 +162,7 @@ def _camera(store: Store, images: ImageTopic) -> Camera | None:
         found = found if len(found) == 1 else []
     if not found:
         return None
-    camera = camera_of(message(found[0], 0), found[0].name, "rect" in images.base.lower())
+    camera = camera_of_info(message(found[0], 0), found[0].name, "rect" in images.base.lower())
     if camera.shape != (images.look.height, images.look.width):
         size = f"{images.look.width} x {images.look.height}"
         found_size = f"{camera.width} x {camera.height}"

@@ -1,6 +1,8 @@
-"""Cameras as bags state them: ROS's CameraInfo, and the lens models of RealSense."""
+"""Cameras as others state them: ROS's CameraInfo, and lens models by the names of ROS, kalibr and RealSense."""
 
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -8,7 +10,6 @@ from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera
 from fusion.geometry.lens_forms import fisheye, with_lens
 from fusion.geometry.pose import Array
-from fusion.recording.formats.bags.messages.values import RosValues
 from fusion.recording.native.camera_file import are_focal
 
 # OpenCV's model and order of coefficients, by the names that recorders use. RealSense's "inverse" and "modified" ones
@@ -17,6 +18,7 @@ FORWARD = (
     "plumb_bob",
     "rational_polynomial",
     "none",
+    "radtan",
     "",
     *(
         f"{kind}brown{between}conrady"
@@ -28,7 +30,7 @@ FORWARD = (
 FISHEYE = ("equidistant", "fisheye", "kannala_brandt", "kannala_brandt4", "kannala brandt4")
 
 
-def camera_of(info: RosValues, where: str, rectified: bool = False) -> Camera:
+def camera_of_info(info: Mapping[str, Any], where: str, rectified: bool = False) -> Camera:
     """The camera of a CameraInfo message.
 
     Args:
@@ -73,7 +75,7 @@ def made_camera(
     raise RecordingError("the lens model is not known", where, f"{model[:40]!r}, {len(d)} numbers", expected)
 
 
-def _window(info: RosValues, fx: float, fy: float, cx: float, cy: float) -> tuple:
+def _window(info: Mapping[str, Any], fx: float, fy: float, cx: float, cy: float) -> tuple:
     """Size and lengths of the images as they are sent: CameraInfo is of the whole sensor, of which they may be a part.
 
     A pixel (0, 0) of an image binned by two lies between the first four of the sensor.
