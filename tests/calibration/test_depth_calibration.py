@@ -28,6 +28,7 @@ from fusion.recording.recording import Frame
 from fusion.recording.writing.write import write_recording
 from fusion.report.calibrations.depth_calibration import depth_report
 from fusion.sensor.effect import Effect
+from fusion.sensor.effects.phase.column_delay import ColumnDelay
 from fusion.sensor.effects.phase.cyclic_error import CyclicError
 from fusion.sensor.effects.readout.depth_offset import DepthOffset
 from fusion.sensor.effects.readout.depth_scale import DepthScale
@@ -214,6 +215,33 @@ def test_walls_of_known_distance_and_free_tilt_do_not_tell_a_delay_over_the_chip
     assert {"delay u", "delay v"} <= hidden
     assert not any("delay" in judged.candidate.name for judged in found.judged)
     assert any("tilt" in text for _, text in found.notes)
+
+
+def with_boards(camera: Camera, effects: tuple[Effect, ...]) -> list[Wall]:
+    """Walls of free tilt, and twelve single frames of tilts that a board told."""
+    rng, ideal, boards = np.random.default_rng(8), Sensor(principle=camera.principle), []
+    frame = 40 * NOISE  # [m] of a pixel: boards tell little but tilts
+    for z in np.linspace(0.6, 1.0, 12):
+        plane = WallPlane(float(z), *rng.normal(0, 0.3, 2))
+        measured = seen(camera, effects, plane, rng) + frame * rng.standard_normal(camera.shape)
+        means = Means(1, measured, np.full(camera.shape, frame), None)
+        board = wall_of(means, camera, ideal, (f"board {z}", z + rng.normal(0, LASER), LASER))
+        boards.append(replace(board, plane=plane, tilt_std=0.002))
+    return walls_of(camera, effects) + boards
+
+
+def test_boards_tell_a_delay_over_the_chip_beside_walls_that_do_not_and_waves_beside_it():
+    """Left out of a law, a delay bends walls and boards apart, and what is left hides the waves."""
+    period = LIGHT_SPEED / (2 * 80e6) / 6
+    effects = CyclicError(np.array([0.0015]), np.array([period]), np.array([0.6])), ColumnDelay(1e-4, 4e-5)
+    found = calibrate_walls(with_boards(TOF, effects), start([_Recording(TOF)], None, None), surface=False)
+    assert {"delay u", "delay v"} <= {v.term.key for v in found.visibility if v.seen}
+    assert "delay" in found.best.candidate.name and found.best.candidate.periods
+    waves, delay = found.sensor.effect("cyclic_error"), found.sensor.effect("column_delay")
+    assert isinstance(waves, CyclicError) and isinstance(delay, ColumnDelay)
+    assert np.any(np.isclose(waves.period, period, rtol=1e-5))
+    # tilts of twelve boards are known to 2e-3, each 1.5e-5 m/px at 0.8 m and a focal length of 110 px: four deviations
+    assert delay.slope == pytest.approx(1e-4, abs=2e-5) and delay.slope_v == pytest.approx(4e-5, abs=2e-5)
 
 
 def test_depth_along_stated_rays_is_taken_to_the_true_ones():
