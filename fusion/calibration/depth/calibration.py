@@ -19,7 +19,7 @@ from fusion.calibration.depth.laws.variance import spread_of, with_variance
 from fusion.calibration.depth.maps.axis_curve import axis_curve, rivals_of
 from fusion.calibration.depth.maps.curve import DepthCurve, span
 from fusion.calibration.depth.maps.radial_limit import radial_limit, within
-from fusion.calibration.depth.maps.surface import LEAST_WALLS, MapStack, judge_surface, native, stack_of, without_shared
+from fusion.calibration.depth.maps.surface import LEAST_WALLS, MapStack, judge_surface, native, stack_of
 from fusion.calibration.depth.maps.surface_sensor import with_surface
 from fusion.calibration.depth.notes import Chosen, notes_on
 from fusion.calibration.depth.visibility import TermVisibility, visibilities
@@ -161,8 +161,7 @@ def _calibrated(walls: list[Wall], begin: Start, surface: bool) -> DepthCalibrat
     periods = harmonics(known.frequencies or MODULATIONS_HZ) if known.principle == Principle.TIME_OF_FLIGHT else ()
     terms = [term for term in terms_for(known.principle, nodes, light, periods) if term.effect not in have]
     terms += [gloss_term()] if any(wall.gloss is not None for wall in walls) else []
-    mapped = surface and len(walls) >= LEAST_WALLS
-    problem, seen = _problem(walls, begin, terms, mapped)
+    problem, seen = _problem(walls, begin, terms)
     judged = judge_all(problem, _candidates(known.principle, seen, walls, periods))
     if "radius^4" in {v.term.key for v in seen if v.seen}:
         bent = [j.candidate for j in promising(judged) if "radius^2" in j.candidate.keys]
@@ -170,7 +169,7 @@ def _calibrated(walls: list[Wall], begin: Start, surface: bool) -> DepthCalibrat
     chosen = choose(judged)
     setting = FitSetting(camera, begin.uncorrected, nodes, light or 1000.0, begin.ratio, _ir_span(walls))
     units = [native(e, known) for e in problem.evidence]
-    if mapped:
+    if surface and len(walls) >= LEAST_WALLS:
         base = judged[chosen]
         for kind in ("map", "stack"):
             effects = ("tabulated",) if kind == "stack" else ("disparity_distortion", "fixed_pattern")
@@ -209,10 +208,8 @@ def walls_of(recording: Recording, begin: Start, settings: DepthSettings) -> lis
     return [replace(wall, mask=wall.mask & inside) for wall in found if (wall.mask & inside).any()]
 
 
-def _problem(
-    walls: list[Wall], begin: Start, terms: list[LawTerm], mapped: bool
-) -> tuple[Problem, list[TermVisibility]]:
-    """The linear problems with their variances, and what can be seen; `mapped`: what walls share is no noise."""
+def _problem(walls: list[Wall], begin: Start, terms: list[LawTerm]) -> tuple[Problem, list[TermVisibility]]:
+    """The linear problems with their variances, and what can be seen."""
     first = [evidence_of(wall, begin.camera, begin.known, terms) for wall in walls]
     keys = tuple(term.key for term in terms)
     rich = richest(candidates_for(begin.known.principle, terms), keys)
@@ -221,9 +218,7 @@ def _problem(
         problem = Problem(keys, evidence, [information_of(e, terms) for e in evidence])
         law = fit(problem, problem.total, rich)
         columns = problem.columns(law.keys)
-        rests: list[NDArray[np.floating]] = [e.rest - e.terms[:, columns] @ law.numbers for e in evidence]
-        rests = without_shared(evidence, rests, [native(e, begin.known) for e in evidence]) if mapped else rests
-        rests = [level(e, rest) for e, rest in zip(evidence, rests, strict=True)]
+        rests = [level(e, e.rest - e.terms[:, columns] @ law.numbers) for e in evidence]
         usual = float(np.median([spread_of(r) for r in rests]))
         evidence = [with_variance(e, r, usual) for e, r in zip(first, rests, strict=True)]
     problem = Problem(keys, evidence, [information_of(e, terms) for e in evidence])

@@ -10,6 +10,7 @@ from scipy.ndimage import distance_transform_edt, gaussian_filter
 from fusion.calibration.depth.laws.information import WallEvidence
 from fusion.calibration.depth.laws.selection import JudgedLaw, Problem, level, on_axis, upright
 from fusion.calibration.depth.laws.terms import length, pixels
+from fusion.calibration.depth.laws.variance import spread_of, with_variance
 from fusion.calibration.depth.walls.tiles import TileGrid
 from fusion.sensor.sensor import Sensor
 
@@ -59,13 +60,6 @@ def judge_surface(problem: Problem, base: JudgedLaw, units: list[Array], kind: s
     return JudgedLaw(candidate, base.law, np.array(chi2), np.array(offset), np.array(rms), tuple(left))
 
 
-def without_shared(evidence: Sequence[WallEvidence], rests: Sequence[Array], units: Sequence[Array]) -> list[Array]:
-    """Rests per wall (t,) [m] without the map that all walls share: no law holds it, and it is no noise."""
-    every = list(zip(evidence, rests, units, strict=True))
-    shared = np.nan_to_num(_mean(_maps(every, "map"))[0])
-    return [rest - unit * _read(shared, e) for e, rest, unit in every]
-
-
 def stack_of(evidence: list[WallEvidence], units: list[Array], kind: str) -> MapStack:
     """The maps of what is left on each wall (`rest` of the evidence); one of all walls for the kind "map"."""
     order = np.argsort([e.wall.true_plane.distance for e in evidence])
@@ -101,13 +95,17 @@ def _maps(walls: Sequence[tuple[WallEvidence, Array, Array]], kind: str) -> list
     """Map and weight of each wall, its rest and unit; tilt and distance belong to the wall and not to the pixels.
 
     Of one map for all walls they are fitted beside it, in turns: a board sees a piece of the image only, and its tilt
-    and distance alone would take slope and mean of the piece, so that the map of many pieces were too flat.
+    and distance alone would take slope and mean of the piece, so that the map of many pieces were too flat. Nor is
+    noise what the walls share, which is most of what they leave of a law: each is weighed by the rest.
     """
-    shared: Array = np.zeros(walls[0][0].tiles.grid)
-    for _ in range(TURNS if kind == "map" else 1):
-        left = [_map(e, rest - unit * _read(shared, e), unit) for e, rest, unit in walls]
-        maps: list[tuple[Array, Array]] = [(shared + value, weight) for value, weight in left]
+    maps = [_map(*wall) for wall in walls]
+    for _ in range(TURNS if kind == "map" else 0):
         shared = np.nan_to_num(_mean(maps)[0])
+        left = [level(e, rest - unit * _read(shared, e)) for e, rest, unit in walls]
+        usual = float(np.median([spread_of(rest) for rest in left]))
+        each = [with_variance(replace(e, variance=0 * r), r, usual) for (e, *_), r in zip(walls, left, strict=True)]
+        found = [_map(e, rest, unit) for e, rest, (*_, unit) in zip(each, left, walls, strict=True)]
+        maps = [(shared + value, weight) for value, weight in found]
     return maps
 
 
