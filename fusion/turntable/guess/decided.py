@@ -18,6 +18,7 @@ PARTNERS = 8  # of a view in the joint fit
 # hand moved the object by 2 mm (tools/sets/hard_scans, seeds 404 and 405; both real recordings)
 WANDERS = 5.0
 SLIPS = 2.0  # standard deviations of the angles by shape alone over those with print: shape lets them slip (guess)
+TO_ITS_END = 30  # steps at most; 20 were enough for a cylinder
 HOPELESS = 0.5  # misfit of views that do not turn about any axis (guess)
 # reaches of pairs in metres: a camera's bent depth lays surfaces so far apart, whatever the object's size (guess)
 JOINT = (ViewPairLimits(0.01, 2.0, 0.12, 1000), ViewPairLimits(0.006, 2.0, 0.12, POINTS_JOINT))
@@ -69,7 +70,8 @@ def decided(seen: ViewStack, state: State, edges: Edges, told: PairMotions = NOT
     narrow = fit_jointly(seen, start, edges, COARSE, Free(FIXED, focal=True), told=told)
     moved = explained(narrow, wide)
     wanders = moved >= WANDERS
-    if wanders:
+    if wanders:  # of round things shifts and axis slide along each other: a few steps leave a cylinder a cone of 0.5 mm
+        wide = fit_jointly(seen, wide.state, edges, JOINT[-1:], Free(1.0), TO_ITS_END, told)
         return Alone(wide.state, wide, _of_any_lens(seen, wide.state, edges, told), True, moved, told)
     if not held_by_print(seen, narrow.state, edges, told):
         return Alone(narrow.state, narrow, None, explained=moved)
