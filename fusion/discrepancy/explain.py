@@ -14,7 +14,7 @@ from fusion.discrepancy.channels.channels import ChannelFindings, channels_of
 from fusion.discrepancy.channels.grain import as_given, with_grain
 from fusion.discrepancy.compared import Compared, compared
 from fusion.discrepancy.competing import beside_setting
-from fusion.discrepancy.held_out import HeldOut, before_and_after
+from fusion.discrepancy.held_out import HeldOut
 from fusion.discrepancy.inference.loose import Loose
 from fusion.discrepancy.inference.scatter import loose_of
 from fusion.discrepancy.inference.shaking import SHAKES, Shaking, shaking_of, steadied
@@ -58,7 +58,6 @@ class Explanation:
         left: the same, of what the named effects leave.
         candidates: all forms that change anything here, under the given model.
         held: frames that took no part.
-        held_out: chi2 per degree of freedom and rms [m] of held-out frames, before and after; NaN without such frames.
         beyond: what is left and no entry of the catalogue explains, established or not; None when it is little.
         posterior: probability that laws are missing in the mean, and not only poses or targets worse than stated.
     """
@@ -73,7 +72,6 @@ class Explanation:
     left: UnrestrictedGain
     candidates: tuple[Candidate, ...]
     held: HeldOut
-    held_out: dict[str, float]
     beyond: Unknown | None = None
     posterior: float = 1.0
 
@@ -172,12 +170,10 @@ def explained_looks(blocks: Sequence[FrameBlock], sensor: Sensor) -> Explanation
         mean, grain = _judged(mean, sensor)
         first = (*(() if shaking is None else (_shaken(shaking),)), *grain)
         channels = _channels(mean.named, mean.beyond, mean.seen.blocks, first)
-    with stage("judging by frames held out"):
-        held_out = before_and_after(mean.held, grainy, _extended(mean.named, mean.beyond))
     seen = mean.seen
     return Explanation(
         seen.blocks, seen.observations, seen.covariance, seen.white, mean.named, channels, mean.possible, mean.left,
-        seen.candidates, mean.held, held_out, mean.beyond, mean.posterior
+        seen.candidates, mean.held, mean.beyond, mean.posterior
     )  # fmt: skip
 
 

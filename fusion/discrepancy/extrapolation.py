@@ -1,8 +1,7 @@
 """Extrapolation: do the claims, with sizes fitted elsewhere, hold in recordings beyond all others?"""
 
-from dataclasses import dataclass
-
 import numpy as np
+from msgspec import Struct, field
 from numpy.typing import NDArray
 
 from fusion.discrepancy.decisions import FEWEST
@@ -14,18 +13,16 @@ OUTER = 0.2  # of the recordings lie beyond
 VARIABLES = ("depth", "incidence", "time")
 
 
-@dataclass(frozen=True)
-class Beyond:
-    """Recordings at one end of a variable, predicted from all others."""
+class ExtrapolatedFit(Struct, frozen=True, kw_only=True):
+    """Recordings at one end of a variable, predicted from all others, without and with the claims."""
 
-    variable: str  # name as in verdicts
-    low: float  # mean of the variable from which on a recording took no part
-    # before, after: their chi2 per tile without the claims, and with sizes from the others
-    before: float
-    after: float
+    variable: str
+    low: float = field(name="from")
+    chi2_per_dof_before: float
+    chi2_per_dof_after: float
 
 
-def extrapolated(found: Explanation) -> list[Beyond]:
+def extrapolated(found: Explanation) -> list[ExtrapolatedFit]:
     """The farthest, the steepest and the latest recordings, as the others predict them; [] without any claim."""
     columns, room = _columns(found)
     place = found.before.place
@@ -41,7 +38,9 @@ def extrapolated(found: Explanation) -> list[Beyond]:
         low = float(np.quantile(means, 1 - OUTER))
         outer = np.isin(place, recordings[means >= low])
         if np.ptp(means) > 0 and 0 < outer.mean() < 0.5:
-            out.append(Beyond(name, low, *_chi2(columns, room, found.white, outer)))
+            before, after = _chi2(columns, room, found.white, outer)
+            fit = ExtrapolatedFit(variable=name, low=low, chi2_per_dof_before=before, chi2_per_dof_after=after)
+            out.append(fit)
     return out
 
 

@@ -5,12 +5,22 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from msgspec import Struct
 
 from fusion.discrepancy.decisions import REPLICATED
 from fusion.discrepancy.inference.tile_covariance import TileCovariance, covariance_of
 from fusion.discrepancy.observe.frame_block import FrameBlock
 from fusion.discrepancy.observe.observations import Observations, observe
 from fusion.sensor.sensor import Sensor
+
+
+class HeldOutFit(Struct, frozen=True, kw_only=True):
+    """Frames that took no part in the fit, without and with the claims; null where there are none."""
+
+    chi2_per_dof_before: float | None
+    chi2_per_dof_after: float | None
+    rms_before_m: float | None
+    rms_after_m: float | None
 
 
 @dataclass(frozen=True)
@@ -33,6 +43,14 @@ class HeldOut:
         white = self.covariance.whiten(seen.residual)
         metres = np.concatenate([p.tiles.mean(p.block.mean - p.predicted) for p in seen.patches])
         return float(white @ white / len(white)), float(np.sqrt(np.mean(metres**2)))
+
+    def fit(self, given: Sensor, better: Sensor) -> HeldOutFit:
+        """How well a model foresees these frames, and a better one."""
+        known = [value if np.isfinite(value) else None for model in (given, better) for value in self.misfit(model)]
+        chi2, rms, chi2_after, rms_after = known
+        return HeldOutFit(
+            chi2_per_dof_before=chi2, chi2_per_dof_after=chi2_after, rms_before_m=rms, rms_after_m=rms_after
+        )
 
     def contradicts(self, better: Sensor, gain: float, than: Sensor | None = None) -> bool:
         """True when a model that fitted the other frames better does not fit these better by a fair share of it.
@@ -57,14 +75,3 @@ def held_out_of(blocks: Sequence[FrameBlock], sensor: Sensor, others: Observatio
     if seen is None or not len(seen.residual):
         return HeldOut(None, share)
     return HeldOut(seen if others is None else seen.as_loose_as(others), share)
-
-
-def before_and_after(held: HeldOut, sensor: Sensor, better: Sensor) -> dict[str, float]:
-    """As it stands in a verdict."""
-    (chi2, rms), (chi2_after, rms_after) = held.misfit(sensor), held.misfit(better)
-    return {
-        "chi2_per_dof_before": chi2,
-        "chi2_per_dof_after": chi2_after,
-        "rms_before_m": rms,
-        "rms_after_m": rms_after,
-    }

@@ -28,6 +28,7 @@ from fusion.recording.recording import Frame
 from fusion.recording.writing.write import write_recording
 from fusion.report.calibrations.depth_calibration import depth_report
 from fusion.sensor.effect import Effect
+from fusion.sensor.effects.phase.column_delay import ColumnDelay
 from fusion.sensor.effects.phase.cyclic_error import CyclicError
 from fusion.sensor.effects.readout.depth_offset import DepthOffset
 from fusion.sensor.effects.readout.depth_scale import DepthScale
@@ -143,6 +144,33 @@ def test_what_was_put_in_is_taken_out(camera: Camera, effects: tuple[Effect, ...
     assert found.best.error < 2 * np.hypot(LASER, NOISE)
 
 
+def test_a_warp_that_some_walls_show_whole_and_others_in_pieces_is_taken_out():
+    """Not the tilts of the pieces take it, nor do walls that show it whole count as noisy."""
+    v, u = np.indices(SL.shape)
+    warp = 0.1 * np.cos(2 * np.pi * 0.6 * u / SL.width + 0.5) * np.cos(2 * np.pi * 0.7 * v / SL.height)
+    effects = (DisparityDistortion(map=warp),)
+    rng, walls = np.random.default_rng(4), walls_of(SL, effects)
+    for i, wall in enumerate(walls):
+        top, left = rng.integers(0, 36), rng.integers(0, 48)
+        piece = (v >= top) & (v < top + 36) & (u >= left) & (u < left + 48)
+        walls[i] = wall if i % 4 == 0 else replace(wall, mask=wall.mask & piece)
+    found = calibrate_walls(walls, start([_Recording(SL)], None, None))
+    assert found.best.candidate.surface == "map"
+    plane = WallPlane(1.0, 0.0, 0.0)
+    measured = seen(SL, effects, plane, rng)
+    before, after = (_bent(depth - plane.depth(SL)) for depth in (measured, found.sensor.correct(measured, SL)))
+    # smoothing over a tile leaves two fifths at the border; fitted without the pieces' own tilts all of it is left
+    assert after < 0.5 * before
+
+
+def _bent(error: np.ndarray) -> float:
+    """Standard deviation [m] of means over 8 x 8 px, a plane taken out: free tilts hide that."""
+    v, u = np.indices(error.shape)
+    basis = np.stack([np.ones(error.size), u.ravel(), v.ravel()], axis=1)
+    rest = error.ravel() - basis @ np.linalg.lstsq(basis, error.ravel(), rcond=None)[0]
+    return float(rest.reshape(9, 8, 12, 8).mean(axis=(1, 3)).std())
+
+
 def test_the_deviation_of_a_map_is_how_far_its_tiles_are_off():
     rng = np.random.default_rng(0)
     truth = rng.normal(0, 2e-3, (30, 40))
@@ -214,6 +242,33 @@ def test_walls_of_known_distance_and_free_tilt_do_not_tell_a_delay_over_the_chip
     assert {"delay u", "delay v"} <= hidden
     assert not any("delay" in judged.candidate.name for judged in found.judged)
     assert any("tilt" in text for _, text in found.notes)
+
+
+def with_boards(camera: Camera, effects: tuple[Effect, ...]) -> list[Wall]:
+    """Walls of free tilt, and twelve single frames of tilts that a board told."""
+    rng, ideal, boards = np.random.default_rng(8), Sensor(principle=camera.principle), []
+    frame = 40 * NOISE  # [m] of a pixel: boards tell little but tilts
+    for z in np.linspace(0.6, 1.0, 12):
+        plane = WallPlane(float(z), *rng.normal(0, 0.3, 2))
+        measured = seen(camera, effects, plane, rng) + frame * rng.standard_normal(camera.shape)
+        means = Means(1, measured, np.full(camera.shape, frame), None)
+        board = wall_of(means, camera, ideal, (f"board {z}", z + rng.normal(0, LASER), LASER))
+        boards.append(replace(board, plane=plane, tilt_std=0.002))
+    return walls_of(camera, effects) + boards
+
+
+def test_boards_tell_a_delay_over_the_chip_beside_walls_that_do_not_and_waves_beside_it():
+    """Left out of a law, a delay bends walls and boards apart, and what is left hides the waves."""
+    period = LIGHT_SPEED / (2 * 80e6) / 6
+    effects = CyclicError(np.array([0.0015]), np.array([period]), np.array([0.6])), ColumnDelay(1e-4, 4e-5)
+    found = calibrate_walls(with_boards(TOF, effects), start([_Recording(TOF)], None, None), surface=False)
+    assert {"delay u", "delay v"} <= {v.term.key for v in found.visibility if v.seen}
+    assert "delay" in found.best.candidate.name and found.best.candidate.periods
+    waves, delay = found.sensor.effect("cyclic_error"), found.sensor.effect("column_delay")
+    assert isinstance(waves, CyclicError) and isinstance(delay, ColumnDelay)
+    assert np.any(np.isclose(waves.period, period, rtol=1e-5))
+    # tilts of twelve boards are known to 2e-3, each 1.5e-5 m/px at 0.8 m and a focal length of 110 px: four deviations
+    assert delay.slope == pytest.approx(1e-4, abs=2e-5) and delay.slope_v == pytest.approx(4e-5, abs=2e-5)
 
 
 def test_depth_along_stated_rays_is_taken_to_the_true_ones():

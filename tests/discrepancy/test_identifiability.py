@@ -53,7 +53,7 @@ def test_the_table_says_what_nearly_free_poses_swallow():
     table = table_of(sensor, blocks)
     for name in ("depth_scale", "disparity_offset"):
         assert not table[name].visible and name in unseen(list(table.values()), "structured_light")
-    assert table["pixel_locking"].share > 0.3
+    assert table["pixel_locking"].visible_share > 0.3
 
 
 def free_pose(block):
@@ -75,8 +75,8 @@ def test_the_smallest_detectable_size_stands_out_by_five_sigma():
 def test_twins_of_this_data_are_named():
     """A path inside the material and an offset are both lengths: no wall tells them apart."""
     table = table_of(sensor_of("itof"), looks_at(sensor_of("itof"), 0))
-    assert "subsurface_scattering" in table["depth_offset"].alike
-    assert "column_delay" not in table["depth_offset"].alike
+    assert "subsurface_scattering" in table["depth_offset"].looks_like
+    assert "column_delay" not in table["depth_offset"].looks_like
 
 
 def test_what_only_an_impossible_size_would_show_is_not_visible():

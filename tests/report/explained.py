@@ -39,8 +39,7 @@ def explanation_of(principle: str, *hidden: Effect, names: Sequence[str] = ()) -
     candidates = candidates_of(before, covariance)
     named = name_effects(blocks, before, covariance, candidates)
     left = explained(named.white, groups, nothing)
-    keys = ("chi2_per_dof_before", "chi2_per_dof_after", "rms_before_m", "rms_after_m")
     return Explanation(
         tuple(blocks), before, covariance, white, named, channels_of(named.observations, blocks), possible, left,
-        tuple(candidates), held_out_of(blocks, known, before), dict.fromkeys(keys, 0.001),
+        tuple(candidates), held_out_of(blocks, known, before),
     )  # fmt: skip

@@ -15,6 +15,12 @@ from numpy.typing import NDArray
 LIMIT_S = 600
 WHOLE = "import sys; from fusion.commands.main import main; sys.exit(main())"
 HERE = Path(__file__).resolve().parent
+# as the program sets up its process, which has to be before anything else of fusion is imported
+TUNED = (
+    "import runpy, sys; from fusion.compute.process import tune_process; tune_process(); "
+    "sys.argv = sys.argv[1:]; runpy.run_path(sys.argv[0], run_name='__main__')"
+)
+ENGINE = ("-P", "-c", TUNED, str(HERE / "engine_side.py"))
 
 
 def explained(
@@ -29,7 +35,7 @@ def explained(
         without: names of effects that the engine does not have; not with the whole command.
     """
     recordings = sorted(str(p) for p in case.glob("rec_*"))
-    program = ["-P", "-c", WHOLE, "explain"] if whole and not without else [str(HERE / "engine_side.py"), "explain"]
+    program = ["-P", "-c", WHOLE, "explain"] if whole and not without else [*ENGINE, "explain"]
     command = [*program, *recordings, "--sensor", str(case / "sensor.json"), "-o", str(out)]
     command += ["--without", *without] if without else []
     seconds, complaint = _run(command)
@@ -42,7 +48,7 @@ def predicted(recordings: Path, sensors: list[Path], scratch: Path) -> NDArray[n
     """(sensors, recordings, h, w) [m] depth of recordings that the engine was not given, by its models, or None."""
     paths = sorted(str(p) for p in recordings.glob("rec_*"))
     file = scratch / "predicted.npy"
-    words = [str(HERE / "engine_side.py"), "predict", *paths, "--sensor", *map(str, sensors), "-o", str(file)]
+    words = [*ENGINE, "predict", *paths, "--sensor", *map(str, sensors), "-o", str(file)]
     _, complaint = _run(words)
     return None if complaint else np.asarray(np.load(file))
 

@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 
-from fusion.compute.process import tune_process
 from fusion.discrepancy.explain import explain
 from fusion.discrepancy.naming.search import candidates
 from fusion.discrepancy.observe.frame_block import blocks_of, stage_of, wanted_channels
@@ -23,7 +22,6 @@ from fusion.sensor.files.sensor_file import read_sensor, write_sensor
 
 
 def main() -> None:
-    tune_process()
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("task", choices=["explain", "predict"])
     parser.add_argument("recordings", type=Path, nargs="+")

@@ -1,5 +1,6 @@
 """Which numbers the walls can show at all, and what to record for those they cannot."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,18 +20,21 @@ class TermVisibility:
     """What becomes of one term when every wall's tilt and distance are free as far as they are."""
 
     term: LawTerm  # which
-    share: float  # of its norm that is left, 0 to 1
+    share: float  # of its norm that is left on the walls that tell it, 0 to 1
     smallest: float  # number that would be found at five standard deviations if it were alone, in the term's unit
     seen: bool  # False when nothing can be said
     record: str  # what to record to see it; empty when it is seen
 
 
-def visibilities(terms: list[LawTerm], total: Information, measured: int, walls: int) -> list[TermVisibility]:
-    """For every term; `measured`: how many of the walls have a known distance."""
-    found = []
-    for i, term in enumerate(terms):
-        own, raw = float(total.M[i, i]), float(total.raw[i])
-        share = float(np.sqrt(max(own, 0.0) / raw)) if raw > 0 else 0.0
+def visibilities(terms: list[LawTerm], parts: Sequence[Information], measured: int) -> list[TermVisibility]:
+    """For every term, by what each wall says; `measured`: how many of the walls have a known distance."""
+    found, walls = [], len(parts)
+    told = np.maximum([np.diag(part.M) for part in parts], 0.0)
+    # what no law holds comes into a number by each wall as far as that tells it: walls whose tilts take a term whole
+    # do not hide what boards, whose tilts are known, say of it
+    spoiled = np.sqrt(told * [part.raw for part in parts]).sum(axis=0)
+    for term, own, reach in zip(terms, told.sum(axis=0).tolist(), spoiled.tolist(), strict=True):
+        share = own / reach if reach > 0 else 0.0
         smallest = SURE / np.sqrt(own) if own > 0 and share > 1e-6 else float("inf")
         # where distances are known, noise alone decides; where not, what survives the free poses
         left = share >= LEAST_SHAPE if term.shape else share >= LEAST or measured >= 2

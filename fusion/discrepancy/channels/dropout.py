@@ -9,7 +9,7 @@ from scipy.special import chdtrc
 
 from fusion.discrepancy.channels.channel_step import ChannelStep
 from fusion.discrepancy.channels.losses import loss_step
-from fusion.discrepancy.channels.noise_parameters import with_value
+from fusion.discrepancy.channels.noise_parameters import USUAL, with_value
 from fusion.discrepancy.channels.validity import LEAST_LOST, Validity, validity_of, validity_of_rims
 from fusion.discrepancy.decisions import ALIKE, FAR, LOST_BY_CHANCE, REPLICATED
 from fusion.discrepancy.observe.observations import Observations
@@ -184,7 +184,7 @@ def _beyond(sensor: Sensor, best: Lost) -> bool:
     key = (best.effect.name, best.parameter.name)
     own = sensor.effect(best.effect.name)
     stated = float(getattr(own, best.parameter.name))
-    known = float(np.max(sensor.std.get(key, 0.3 * abs(stated))))
+    known = float(np.max(sensor.std.get(key, USUAL * abs(stated))))
     off = abs(float(getattr(best.effect, best.parameter.name)) - stated)
     return off > BEYOND * float(np.hypot(known, best.std))
 

@@ -1,11 +1,11 @@
 """Identifiability: before any statistics, how much of each effect this data could show, and what looks alike."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
+from msgspec import Meta, Struct
 from numpy.typing import NDArray
-from scipy.linalg import solve_triangular
 
 from fusion.discrepancy.decisions import ALIKE, DETECTED
 from fusion.discrepancy.inference.tile_covariance import TileCovariance
@@ -22,25 +22,25 @@ ROOMY = 6  # columns more than the other: so many follow anything, and tell noth
 NOT_SIZES = (*ANGLES, "columns")
 
 
-@dataclass(frozen=True)
-class EffectVisibility:
+class Identifiability(Struct, frozen=True, kw_only=True):
     """What this data could show of one effect in its most visible form."""
 
-    effect: str  # its name
-    share: float  # of the norm of its footprint that poses and known parameters leave
-    # parameter, unit: of its size
-    parameter: str
+    effect: str
+    visible_share: Annotated[float, Meta(description="of its footprint's norm, that poses and known numbers leave")]
+    parameter: Annotated[str, Meta(description="its size")]
+    detectable: Annotated[float | None, Meta(description="smallest size that stands out; null: none does")]
     unit: str
-    # smallest size that would stand out by five standard deviations; None where nothing is left
-    detectable: float | None
-    shape: dict[str, float]  # values of the searched shape at which this holds
-    alike: tuple[str, ...]  # names with a form whose footprint is the same in this data
-    # a fair share of it survives, or sizes as they are usual stand out all the same; and what stands out is within the
-    # bounds of the parameter
-    visible: bool
+    shape: Annotated[dict[str, float], Meta(description="values of the searched shape at which this holds")]
+    looks_like: Annotated[tuple[str, ...], Meta(description="effects with the same footprint in this data")]
+
+    @property
+    def visible(self) -> bool:
+        """True where a fair share of it survives, or usual sizes stand out all the same, and what stands out is within
+        the bounds of the parameter."""
+        return self.detectable is not None
 
 
-def visibilities(candidates: Sequence[Candidate], covariance: TileCovariance) -> list[EffectVisibility]:
+def visibilities(candidates: Sequence[Candidate], covariance: TileCovariance) -> list[Identifiability]:
     """One entry per effect of the catalogue that changes anything here, the best visible first."""
     chosen: dict[str, Candidate] = {}
     for candidate in candidates:
@@ -49,10 +49,10 @@ def visibilities(candidates: Sequence[Candidate], covariance: TileCovariance) ->
             if best is None or _detectable(candidate) < _detectable(best):
                 chosen[candidate.name] = candidate
     out = [_visibility(candidate, candidates, covariance) for candidate in chosen.values()]
-    return sorted(out, key=lambda entry: -entry.share)
+    return sorted(out, key=lambda entry: -entry.visible_share)
 
 
-def unseen(found: Sequence[EffectVisibility], principle: Principle) -> list[str]:
+def unseen(found: Sequence[Identifiability], principle: Principle) -> list[str]:
     """Names of effects that such a sensor can have and that the mean depth here cannot show."""
     seen = {entry.effect for entry in found if entry.visible}
     could = [kind for kind in EFFECTS if not kind.principles or principle in kind.principles]
@@ -64,18 +64,22 @@ def stands_out(candidate: Candidate) -> bool:
     return bool(_detectable(candidate) < parameters(candidate.form.kind)[_size_name(candidate)].typical)
 
 
-def _visibility(candidate: Candidate, candidates: Sequence[Candidate], covariance: TileCovariance) -> EffectVisibility:
-    free = solve_triangular(covariance.bare, candidate.columns, lower=True, check_finite=False)
-    share = float(np.linalg.norm(candidate.white)) / max(float(np.linalg.norm(free)), 1e-300)
+def _visibility(candidate: Candidate, candidates: Sequence[Candidate], covariance: TileCovariance) -> Identifiability:
+    share = covariance.visible(candidate.columns)
     about = parameters(candidate.form.kind)[_size_name(candidate)]
     shape = {name: float(value) for name, value in candidate.form.fixed.items() if np.ndim(value) == 0}
     size = _detectable(candidate)
     possible = size <= max(abs(about.low), abs(about.high))  # a larger one no sensor can have
     visible = possible and (share >= UNSEEN or size < about.typical)
     alike = _alike(candidate, candidates) if visible else ()
-    size_or_none = size if visible else None
-    return EffectVisibility(
-        candidate.name, min(share, 1.0), about.label, about.unit, size_or_none, shape, alike, bool(visible)
+    return Identifiability(
+        effect=candidate.name,
+        visible_share=min(share, 1.0),
+        parameter=about.label,
+        detectable=size if visible else None,
+        unit=about.unit,
+        shape=shape,
+        looks_like=alike,
     )
 
 

@@ -16,6 +16,7 @@ from scipy.special import chdtrc, fdtrc
 
 from fusion.discrepancy.decisions import FALSE_ALARM
 from fusion.discrepancy.observe.frame_block import FrameBlock
+from fusion.discrepancy.observe.frames import SMOOTH_PX
 from fusion.geometry.camera import Camera
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
@@ -30,7 +31,6 @@ SHAKES = next(kind for kind in EFFECTS if kind().window(View(Camera(2, 2, 1.0, 1
 DEGREE = 3  # of the fields that a motion is compared with
 SEEN = 1e-3  # of a column: directions that differ less from the others are rounding
 OWN = 0.1  # of a motion: what is left of it beside an offset must be that much, or it is one
-SQUARE_PX = 15  # over which the scatter of pixels is one
 FEWEST_TILES = 20
 LEAST_SHARE = 0.06  # of the variance of pixels, where it is largest: below, it is a matter of the noise model
 MOST_MOVED = 0.9  # quantile of the tiles that stands for the largest
@@ -195,7 +195,7 @@ def _steadied(block: FrameBlock, shaking: Shaking) -> FrameBlock:
     covariance = motion.covariance(np.array([shaking.sigma_rad, shaking.sigma_m]))
     # of squares: a pixel's own scatter over a few frames is less than what is taken from it, now and then
     known, shared = np.isfinite(block.std), _shared(block, covariance)
-    whole, taken = (cv2.blur(np.where(known, image, 0.0), (SQUARE_PX, SQUARE_PX)) for image in (block.std**2, shared))
+    whole, taken = (cv2.blur(np.where(known, image, 0.0), (SMOOTH_PX, SMOOTH_PX)) for image in (block.std**2, shared))
     part = np.clip(taken / np.maximum(whole, 1e-300), 0.0, 0.99)
     usual = float(np.median(part[np.isfinite(block.std)])) if np.isfinite(block.std).any() else 0.0
     alike = block.alike

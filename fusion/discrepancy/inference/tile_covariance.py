@@ -49,16 +49,15 @@ class TileCovariance:
     @cached_property
     def inverse(self) -> NDArray[np.float64]:
         """(n, n) inverse of the covariance."""
-        lower, _ = dpotri(self.root, lower=1)
-        lower = np.tril(lower)
-        return np.asarray(lower + np.tril(lower, -1).T)
+        lower, _ = dpotri(self.root, lower=1)  # above the diagonal it holds nothing, as the factor does
+        return np.asarray(lower + lower.T - np.diag(np.diag(lower)))
 
     def pulled(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """Whitened vectors (n,) or (n, k) as the weights of the tiles that they are products with."""
         return np.asarray(solve_triangular(self.root, values, lower=True, trans="T", check_finite=False))
 
     def visible(self, values: NDArray[np.float64]) -> float:
-        """Share of the norm of a vector (n,) that poses and known parameters leave to be seen."""
+        """Share of the norm of vectors (n,) or (n, k) that poses and known parameters leave to be seen."""
         free = solve_triangular(self.bare, values, lower=True, check_finite=False)
         return float(np.linalg.norm(self.whiten(values))) / max(float(np.linalg.norm(free)), 1e-300)
 

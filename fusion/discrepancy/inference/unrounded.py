@@ -5,15 +5,14 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter
 
+from fusion.discrepancy.observe.frames import local_mean
 from fusion.sensor.effect import Effect
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import Image, View
 
 STEP = 12**0.5  # over the spread of what rounding to it loses
 HIDDEN = 0.46  # of a step: noise that leaves a two-hundredth of it, which is a tenth of that noise in a square's mean
-SQUARE_PX = 15  # over which the noise is taken to be one: a pixel's own scatter over a few frames says little
 MOVED = 0.1  # of a step: about as far as a law that is looked for moves what is rounded
 
 
@@ -33,9 +32,7 @@ class Unrounded:
         with np.errstate(all="ignore"):
             step = np.asarray(STEP * rounding.noise(mean, view))
             turned = (std / step) ** 2
-            known = np.isfinite(turned)
-            whole, share = (uniform_filter(image, SQUARE_PX) for image in (np.where(known, turned, 0.0), known * 1.0))
-            spread = np.fmin(sigma / step, _before(np.where(known, whole / np.maximum(share, 1e-3), np.nan)))
+            spread = np.fmin(sigma / step, _before(np.where(np.isfinite(turned), local_mean(turned), np.nan)))
             frozen = [effect.noise(mean, view) ** 2 for effect in sensor.effects if effect.frozen == "scene"]
         return cls(rounding, mean, step, spread, np.sqrt(sum(frozen, np.zeros(()))) / step)
 

@@ -1,15 +1,17 @@
 """Frames of one scene that follow each other: their mean and scatter, and how alike the noise is in time and space."""
 
+from typing import Any
+
+import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter
 
 from fusion.calibration.series import PixelSeries
 from fusion.discrepancy.observe.tiles import Tiling
 from fusion.sensor.view import Image
 
 REACH_PX = 8  # pixels farther apart are taken to share no noise
-SMOOTH_PX = 15  # over which the size of the noise is taken to be one
+SMOOTH_PX = 15  # over which the noise is taken to be one: a pixel's own scatter over a few frames says little
 MOST_PAIRS = 4  # of frames for the likeness in space: it has far more pixels than it needs
 
 
@@ -78,10 +80,7 @@ class FrameSeries:
 
 def likeness(change: Image) -> NDArray[np.float64]:
     """(2, REACH_PX + 1) correlation of neighbours in a difference (h, w) of two frames, along u and along v."""
-    known = np.isfinite(change)
-    share = uniform_filter(known.astype(float), SMOOTH_PX)
-    square = uniform_filter(np.where(known, change, 0.0) ** 2, SMOOTH_PX) / np.maximum(share, 1e-3)
-    square = np.maximum(square, 0.0)  # a running sum may end below 0
+    known, square = np.isfinite(change), local_mean(change**2)
     # a pixel far out is no noise, and one of them would outweigh all others
     sound = known & (np.abs(change) < 4 * np.sqrt(square)) & (square > 0)
     unit = np.where(sound, np.nan_to_num(change) / np.sqrt(np.maximum(square, 1e-30)), 0.0)
@@ -95,7 +94,15 @@ def likeness(change: Image) -> NDArray[np.float64]:
     return out
 
 
-def _shifted(image: Image, apart: int, axis: int) -> tuple[Image, Image]:
+def local_mean(image: Image) -> Image:
+    """(h, w) mean of what is known of an image over squares of `SMOOTH_PX`."""
+    known, size = np.isfinite(image), (SMOOTH_PX, SMOOTH_PX)
+    parts = np.where(known, image, 0.0), known
+    whole, share = (cv2.blur(part.astype(float), size, borderType=cv2.BORDER_REFLECT) for part in parts)
+    return np.maximum(whole, 0.0) / np.maximum(share, 1e-3)  # a running sum may end below 0
+
+
+def _shifted(image: NDArray[Any], apart: int, axis: int) -> tuple[NDArray[Any], NDArray[Any]]:
     """The image without its last pixels and without its first ones, along u (0) or v (1)."""
     end = image.shape[1 - axis] - apart
     return (image[:, :end], image[:, apart:]) if axis == 0 else (image[:end], image[apart:])

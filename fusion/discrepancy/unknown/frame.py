@@ -1,9 +1,10 @@
 """Frame of reference: to what a leftover is fixed, the sensor, the object, the table, time or what is measured."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
+from msgspec import Meta, Struct
 from numpy.typing import NDArray
 
 from fusion.discrepancy.inference.shapes import surface
@@ -27,20 +28,15 @@ WORDS = {
 }
 
 
-@dataclass(frozen=True)
-class LeftoverFrame:
-    """Where a leftover persists."""
+class LawFrame(Struct, frozen=True, kw_only=True):
+    """To what an unknown law is tied."""
 
-    name: str  # "sensor", "object", "table", "time" or "signal"; "" where none predicts new recordings
-    gains: dict[str, float]  # drop of the chi2 in recordings left out, by frame, for those that could be tried
-    clear: bool  # False when the next frame is nearly as good
-
-    @property
-    def text(self) -> str:
-        return WORDS[self.name] + ("" if self.clear or not self.name else ", as far as these recordings tell")
+    name: Annotated[str, Meta(description="sensor, object, table, time, signal; empty: none predicts new recordings")]
+    clear: Annotated[bool, Meta(description="false: the next one is nearly as good")]
+    text: str
 
 
-def frame_of(white: Vector, observations: Observations, covariance: TileCovariance) -> LeftoverFrame:
+def frame_of(white: Vector, observations: Observations, covariance: TileCovariance) -> LawFrame:
     """The frame in which the mean of the leftover (n,) predicts recordings that took no part in it."""
     gains = {}
     for name, cells in _frames(observations):
@@ -50,7 +46,9 @@ def frame_of(white: Vector, observations: Observations, covariance: TileCovarian
     ranked = sorted(gains, key=lambda name: -gains[name])
     best = ranked[0] if ranked and gains[ranked[0]] > 0 else ""
     clear = len(ranked) < 2 or gains[ranked[0]] > CLEAR * max(gains[ranked[1]], 0.0)
-    return LeftoverFrame(best, gains, clear)
+    return LawFrame(
+        name=best, clear=clear, text=WORDS[best] + ("" if clear or not best else ", as far as these recordings tell")
+    )
 
 
 def _frames(observations: Observations) -> Iterator[tuple[str, NDArray[np.intp]]]:

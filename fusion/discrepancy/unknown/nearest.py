@@ -1,9 +1,10 @@
 """Nearest: the entry of the catalogue that comes closest to an unknown law, and why it is not the one."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
+from msgspec import Meta, Struct
 from numpy.typing import NDArray
 
 from fusion.discrepancy.naming.search.candidates import Candidate
@@ -15,28 +16,17 @@ Vector = NDArray[np.float64]
 MANY = 10  # numbers with which an entry is fitted: more than any formula has
 
 
-@dataclass(frozen=True)
-class Nearest:
-    """An entry that was rejected."""
+class NearestEffect(Struct, frozen=True, kw_only=True):
+    """The entry of the catalogue that comes nearest to an unknown law, and why it is not that."""
 
-    name: str  # of the effect
-    cosine: float  # between the law and the best that the entry can make of it
-    gain: float  # share of the law's own gain that it reaches
-    left: tuple[str, ...]  # variables on which what it leaves still depends
-    numbers: int  # how many the entry is fitted with
-
-    @property
-    def reason(self) -> str:
-        """Why it is not the one, as words."""
-        share = f"it explains {100 * self.gain:.0f} % of what the unknown law explains"
-        if self.numbers > MANY:  # which is why it may explain all of it, and still not be the one
-            share += f", and needs {self.numbers} numbers for that"
-        if not self.left:
-            return share
-        return f"{share}, and what it leaves still depends on {' and '.join(self.left)}"
+    effect: str
+    cosine: Annotated[float, Meta(description="between the law and the best that the entry can make of it")]
+    reason: str
 
 
-def nearest_of(law: UnknownLaw, candidates: Sequence[Candidate], white: Vector, groups: list[Group]) -> Nearest | None:
+def nearest_of(
+    law: UnknownLaw, candidates: Sequence[Candidate], white: Vector, groups: list[Group]
+) -> NearestEffect | None:
     """The closest entry by its fit to the law; None when there is no entry at all."""
     length = max(float(np.linalg.norm(law.footprint)), 1e-300)
     best: tuple[float, Candidate] | None = None
@@ -52,10 +42,15 @@ def nearest_of(law: UnknownLaw, candidates: Sequence[Candidate], white: Vector, 
     own = candidate.basis.T @ white
     rest = white - candidate.basis @ own
     left = explained(rest, groups, candidate.basis)
-    return Nearest(
-        candidate.name,
-        max(cosine, 0.0),
-        min(float(own @ own) / max(law.gain, 1e-9), 1.0),
-        left.variables if left.gain > 0 else (),
-        candidate.basis.shape[1],
+    gain = min(float(own @ own) / max(law.gain, 1e-9), 1.0)
+    depends = left.variables if left.gain > 0 else ()
+    return NearestEffect(
+        effect=candidate.name, cosine=max(cosine, 0.0), reason=_reason(gain, candidate.basis.shape[1], depends)
     )
+
+
+def _reason(gain: float, numbers: int, left: tuple[str, ...]) -> str:
+    share = f"it explains {100 * gain:.0f} % of what the unknown law explains"
+    if numbers > MANY:  # which is why it may explain all of it, and still not be the one
+        share += f", and needs {numbers} numbers for that"
+    return f"{share}, and what it leaves still depends on {' and '.join(left)}" if left else share

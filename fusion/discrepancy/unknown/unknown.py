@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from fusion.discrepancy.inference.tile_covariance import MeasuredTiles
 from fusion.discrepancy.naming.search.candidates import Candidate
-from fusion.discrepancy.unknown.frame import LeftoverFrame, frame_of
+from fusion.discrepancy.unknown.frame import LawFrame, frame_of
 from fusion.discrepancy.unknown.law import UnknownLaw, law_of
-from fusion.discrepancy.unknown.nearest import Nearest, nearest_of
+from fusion.discrepancy.unknown.nearest import NearestEffect, nearest_of
 from fusion.discrepancy.unknown.table import joined
 from fusion.discrepancy.unknown.unrestricted import Group, UnrestrictedGain
 from fusion.sensor.effects.readout.tabulated import Tabulated
@@ -22,8 +22,8 @@ class Unknown:
     """An effect without a name: its law, to what it is fixed, the nearest entry of the catalogue."""
 
     law: UnknownLaw
-    frame: LeftoverFrame
-    nearest: Nearest | None
+    frame: LawFrame
+    nearest: NearestEffect | None
 
     @property
     def unconfirmed(self) -> "Unknown":

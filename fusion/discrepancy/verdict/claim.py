@@ -5,6 +5,8 @@ from typing import Annotated
 
 from msgspec import UNSET, Meta, Struct, UnsetType
 
+from fusion.discrepancy.unknown.frame import LawFrame
+from fusion.discrepancy.unknown.nearest import NearestEffect
 from fusion.sensor.where import BoundFields
 
 Names = tuple[str, ...]
@@ -66,22 +68,6 @@ class LawForm(Struct, frozen=True, kw_only=True):
     form: str
     simple: bool
     added_as: str = "tabulated"
-
-
-class LawFrame(Struct, frozen=True, kw_only=True):
-    """To what an unknown law is tied: the sensor, the scene."""
-
-    name: str
-    clear: bool
-    text: str
-
-
-class NearestEffect(Struct, frozen=True, kw_only=True):
-    """The entry of the catalogue that comes nearest to an unknown law, and why it is not that."""
-
-    effect: str
-    cosine: float
-    reason: str
 
 
 class NextRecording(Struct, frozen=True, kw_only=True, omit_defaults=True):

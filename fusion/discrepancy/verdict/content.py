@@ -2,33 +2,18 @@
 
 from typing import Annotated, Literal
 
-from msgspec import Meta, Struct, field
+from msgspec import Meta, Struct
 
+from fusion.discrepancy.extrapolation import ExtrapolatedFit
+from fusion.discrepancy.held_out import HeldOutFit
 from fusion.discrepancy.inference.camera_file import FileError
+from fusion.discrepancy.inference.identifiability import Identifiability
 from fusion.discrepancy.observe.outliers import OutlyingRecording
 from fusion.discrepancy.planning.plan import Shows
 from fusion.discrepancy.verdict.claim import Claim, Names
 
 FORMAT: Literal["fusion-verdict/1"] = "fusion-verdict/1"
 MODEL, SIMULATION = "model", "simulation"  # what recordings are held against
-
-
-class HeldOutFit(Struct, frozen=True, kw_only=True):
-    """Frames that took no part in the fit, without and with the claims; null where there are none."""
-
-    chi2_per_dof_before: float | None
-    chi2_per_dof_after: float | None
-    rms_before_m: float | None
-    rms_after_m: float | None
-
-
-class ExtrapolatedFit(Struct, frozen=True, kw_only=True):
-    """Recordings at one end of a variable, predicted from all others, without and with the claims."""
-
-    variable: str
-    low: float = field(name="from")
-    chi2_per_dof_before: float
-    chi2_per_dof_after: float
 
 
 class LooseSize(Struct, frozen=True, kw_only=True):
@@ -57,18 +42,6 @@ class UpperLimit(Struct, frozen=True, kw_only=True):
     upper: float
     unit: str
     confidence: float
-
-
-class Identifiability(Struct, frozen=True, kw_only=True):
-    """What this data could show of one effect at all."""
-
-    effect: str
-    visible_share: float
-    parameter: str
-    detectable: Annotated[float | None, Meta(description="smallest size that stands out; null: none does")]
-    unit: str
-    shape: dict[str, float]
-    looks_like: Names
 
 
 class Unexplained(Struct, frozen=True, kw_only=True):

@@ -5,23 +5,16 @@ import numpy as np
 from fusion.discrepancy.compared import beyond_noise, depth_per_native, recording_names
 from fusion.discrepancy.explain import Explanation
 from fusion.discrepancy.extrapolation import extrapolated
-from fusion.discrepancy.verdict.content import ExtrapolatedFit, Fit, HeldOutFit, LooseSize, Unexplained
+from fusion.discrepancy.verdict.content import Fit, LooseSize, Unexplained
 
 
 def fit_of(found: Explanation) -> Fit:
     """Misfits before and after, what follows no law, and how many frames there were."""
     loose = found.before.loose
     unit = "m" if found.before.patches[0].view.time_of_flight else "px"
-    outside = [
-        ExtrapolatedFit(
-            variable=end.variable, low=end.low, chi2_per_dof_before=end.before, chi2_per_dof_after=end.after
-        )
-        for end in extrapolated(found)
-    ]
-    known = {name: value if np.isfinite(value) else None for name, value in found.held_out.items()}
     return Fit(
-        heldout=HeldOutFit(**known),
-        extrapolation=tuple(outside),
+        heldout=found.held.fit(found.before.sensor, found.mean_sensor),
+        extrapolation=tuple(extrapolated(found)),
         scatter=LooseSize(value=loose.scatter, unit=unit),
         drift=LooseSize(value=loose.drift, unit=unit),
         frames_fitted=sum(len(block.frames) for block in found.blocks),

@@ -9,7 +9,7 @@ from scipy.special import ndtri
 
 from fusion.discrepancy.decisions import CONFIDENCE, SPREAD_FRAMES
 from fusion.discrepancy.explain import Explanation
-from fusion.discrepancy.inference.identifiability import NOT_SIZES, EffectVisibility, unseen
+from fusion.discrepancy.inference.identifiability import NOT_SIZES, Identifiability, unseen
 from fusion.discrepancy.naming.search.candidates import Candidate
 from fusion.discrepancy.observe.observations import Observations
 from fusion.discrepancy.verdict.content import UpperLimit
@@ -20,7 +20,7 @@ LEAST_CHANGE = 0.02  # of the spread, or of the share of valid pixels, at the ty
 
 
 def limits_of(
-    found: Explanation, seen: Sequence[EffectVisibility], named: set[str]
+    found: Explanation, seen: Sequence[Identifiability], named: set[str]
 ) -> tuple[tuple[UpperLimit, ...], tuple[str, ...]]:
     """Upper limits of what was looked for and not found, and the names that this data cannot show.
 

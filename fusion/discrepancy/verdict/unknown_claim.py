@@ -2,15 +2,7 @@
 
 from fusion.discrepancy.explain import Explanation
 from fusion.discrepancy.unknown.unknown import Unknown
-from fusion.discrepancy.verdict.claim import (
-    Claim,
-    ClaimedNumber,
-    ClaimEvidence,
-    LawForm,
-    LawFrame,
-    NearestEffect,
-    Where,
-)
+from fusion.discrepancy.verdict.claim import Claim, ClaimedNumber, ClaimEvidence, LawForm, Where
 from fusion.discrepancy.verdict.sizes import size_in_depth
 
 
@@ -21,7 +13,7 @@ def unknown_claim(found: Explanation, beyond: Unknown, before: float) -> Claim:
     unit = "m" if found.before.patches[0].view.time_of_flight else "px"
     text = f"an effect that no entry of the catalogue explains: {law.text}; {beyond.frame.text}"
     if nearest is not None:
-        text += f"; nearest is {nearest.name}, but {nearest.reason}"
+        text += f"; nearest is {nearest.effect}, but {nearest.reason}"
     return Claim(
         effect="unknown",
         parameters={"rms": ClaimedNumber(value=size, std=size * law.std, unit=unit)},
@@ -37,10 +29,8 @@ def unknown_claim(found: Explanation, beyond: Unknown, before: float) -> Claim:
         indistinguishable_from=(),
         record_next=_next(law.variables),
         law=LawForm(form=law.text, simple=law.simple),
-        frame=LawFrame(name=beyond.frame.name, clear=beyond.frame.clear, text=beyond.frame.text),
-        nearest=None
-        if nearest is None
-        else NearestEffect(effect=nearest.name, cosine=nearest.cosine, reason=nearest.reason),
+        frame=beyond.frame,
+        nearest=nearest,
     )
 
 

@@ -7,7 +7,7 @@ from fusion.discrepancy.compared import depth_per_native
 from fusion.discrepancy.decisions import NOISE_ALONE
 from fusion.discrepancy.explain import Explanation
 from fusion.discrepancy.inference.camera_file import file_error
-from fusion.discrepancy.inference.identifiability import EffectVisibility, visibilities
+from fusion.discrepancy.inference.identifiability import visibilities
 from fusion.discrepancy.inference.shapes import bent_m, mesh_off
 from fusion.discrepancy.naming.assessment import Step
 from fusion.discrepancy.observe.outliers import outliers_of
@@ -15,7 +15,7 @@ from fusion.discrepancy.observe.placements import repeats_of
 from fusion.discrepancy.planning.plan import Plans
 from fusion.discrepancy.verdict.channel_claims import channel_claim
 from fusion.discrepancy.verdict.claim import Claim
-from fusion.discrepancy.verdict.content import FORMAT, MODEL, SIMULATION, Identifiability, Nuisances, Verdict
+from fusion.discrepancy.verdict.content import FORMAT, MODEL, SIMULATION, Nuisances, Verdict
 from fusion.discrepancy.verdict.fit import fit_of, unexplained_of
 from fusion.discrepancy.verdict.limits import limits_of
 from fusion.discrepancy.verdict.mean_claim import mean_claim
@@ -51,7 +51,7 @@ def verdict_of(found: Explanation) -> Verdict:
         indicated=tuple(indicated),
         limits=limits,
         invisible=invisible,
-        identifiability=tuple(map(_identifiability, visible)),
+        identifiability=tuple(visible),
         would_show=tuple(plans.to_show(invisible)),
         unexplained=unexplained,
         nuisances=nuisances_of(found),
@@ -67,18 +67,6 @@ def _with_next(claim: Claim, steps: list[Step], found: Explanation, plans: Plans
     """A claim with the recording that parts it from its look-alikes."""
     following = planned_next(steps, claim.indistinguishable_from, found.candidates, plans)
     return claim if following is None else replace(claim, record_next=following.text, next=following)
-
-
-def _identifiability(seen: EffectVisibility) -> Identifiability:
-    return Identifiability(
-        effect=seen.effect,
-        visible_share=seen.share,
-        parameter=seen.parameter,
-        detectable=seen.detectable,
-        unit=seen.unit,
-        shape=seen.shape,
-        looks_like=seen.alike,
-    )
 
 
 def _joined(named: list[Claim], others: list[Claim]) -> list[Claim]:

@@ -34,7 +34,7 @@ Array = NDArray[np.float64]
 LOWEST = 0.05  # of the size above the table: less is its noise (guess)
 FLAT = 1 / 4  # of its width is the thickness of a plate at most; a brick or a carton is thicker (guess)
 UNDER = 1 / 3  # of the way up from the table, where a slab that stands free is looked under (guess)
-INSIDE = 2  # rings within its border, where it is looked under
+INSIDE = 3  # rings within its border, where it is looked under
 HALFWAY = 0.45  # of the way down to the table still counts as the slab: what lies below is seen past it
 CARRIED = 0.8  # of the points above it stand over it: an arm may reach out, a step on one side carries little (guess)
 WIDER = (1, 2)  # as far as plates reach, and as far as those of small things do
@@ -74,31 +74,27 @@ def _is_slab(
     wide = 2 * float(np.mean(ends[ends > 0])) * reach / RINGS
     beyond = told & (share < PAST) & (np.arange(RINGS)[:, None] >= ends)
     ended = np.asarray(beyond.any(axis=0))[ends > 0].mean() >= SIDES
-    if not ended or not _carried(views, axis, motions, height + most, ends * reach / RINGS):
+    radii = ends * reach / RINGS
+    if not ended or not _carried(views, axis, motions, height + most, radii):
         return False
-    free = over >= FLAT * wide and _looked_under(views, axis, motions, (heights[1], UNDER * over), (ends, reach))
+    free = over >= FLAT * wide and _looked_under(views, axis, motions, (heights[1], UNDER * over), radii)
     return over * (1 - UNDER if free else 1) < FLAT * wide
 
 
 def _looked_under(
-    views: Sequence[ObjectView], axis: Axis, motions: Array, low: tuple[float, float], border: tuple[Array, float]
+    views: Sequence[ObjectView], axis: Axis, motions: Array, low: tuple[float, float], radii: Array
 ) -> bool:
-    """Whether one sees the table through places so far [m] above it, within the border of a slab.
+    """Whether one sees the table through places so far above it [m], close within a border of such radii [m].
 
-    The sides of what stands on the table hide them.
-
-    Args:
-        views, axis, motions: as of `is_slab`.
-        low: height of the table along the axis, and of the places above it [m].
-        border: of each sector the ring in which the slab ends, and how far all rings reach [m].
+    The sides of what stands on the table hide them. `low`: height of the table along the axis [m], and theirs above it.
     """
-    (ground, above), (ends, reach) = low, border
+    (ground, above), reach = low, float(radii.max())
     plane = np.array([ground + above, 0.0, 0.0])
     cells = cells_of(axis, plane, reach)
     seen = counted(views, axis, plane, HALFWAY * above, [transform(T, cells) for T in motions])
-    places = np.maximum(ends - INSIDE, 0).astype(int), np.arange(SECTORS)
+    places = np.maximum(RINGS * radii / reach - INSIDE, 0).astype(int), np.arange(SECTORS)
     there, through = seen.there[places], seen.through[places]
-    known = (there + through >= LEAST_FRAMES) & (ends > 0)
+    known = (there + through >= LEAST_FRAMES) & (radii > 0)
     return bool(known.mean() >= SIDES and (through > STEADY * (there + through))[known].mean() >= SIDES)
 
 

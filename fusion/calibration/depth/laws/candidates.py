@@ -85,7 +85,7 @@ def candidates_for(principle: Principle, terms: list[LawTerm], periods: tuple[fl
         for name, shape in shapes
         for c in curves
     ]
-    found += [_delayed(c) for c in found if not c.waves] if keys.issuperset(DELAYS) else []
+    found += [_delayed(c) for c in found if c.periods or not c.waves] if keys.issuperset(DELAYS) else []
     return found + ([_glossy(c) for c in found if not c.waves] if "gloss" in keys else [])
 
 
@@ -97,7 +97,7 @@ def _glossy(candidate: CandidateLaw) -> CandidateLaw:
 def _delayed(candidate: CandidateLaw) -> CandidateLaw:
     """The same with a delay over the chip."""
     name = "delay" if candidate.name == "nothing" else f"{candidate.name} + delay"
-    return CandidateLaw(name, (*candidate.keys, *DELAYS))
+    return replace(candidate, name=name, keys=(*candidate.keys, *DELAYS))
 
 
 def richer(candidate: CandidateLaw) -> CandidateLaw:
@@ -106,10 +106,10 @@ def richer(candidate: CandidateLaw) -> CandidateLaw:
 
 
 def richest(candidates: list[CandidateLaw], keys: tuple[str, ...]) -> CandidateLaw:
-    """A law that leaves over little but noise: the longest, with the brightness in it where that is known."""
+    """A law that leaves over little but noise: the longest, with brightness, delays and all radial terms in it."""
     longest = max(candidates, key=lambda c: ("radius^2" in c.keys, c.numbers))
-    more = tuple(key for key in (*BRIGHTNESS[-1], "gloss") if key in keys and key not in longest.keys)
-    return replace(longest, keys=(*longest.keys, *more))
+    more = ("radius^4", *BRIGHTNESS[-1], *DELAYS, "gloss")
+    return replace(longest, keys=(*longest.keys, *(key for key in more if key in keys and key not in longest.keys)))
 
 
 def _curves(principle: Principle, terms: list[LawTerm], periods: tuple[float, ...]) -> list[CandidateLaw]:
@@ -120,6 +120,7 @@ def _curves(principle: Principle, terms: list[LawTerm], periods: tuple[float, ..
     if any(term.effect == "cyclic_error" for term in terms):
         base: tuple[str, ...] = ("offset",) if "offset" in keys else ()
         found += _wavy(base, periods)
+        found += [c for c in _wavy((*base, "scale"), periods) if c.periods]
     found += _by_brightness(keys, periods)
     pieces = tuple(term.key for term in terms if term.key.startswith("curve"))
     if len(pieces) > 1:

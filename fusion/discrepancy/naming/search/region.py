@@ -71,7 +71,7 @@ def best_region(
     every = np.concatenate([columns for _, columns in probes], axis=1)
     ends = np.cumsum([columns.shape[1] for _, columns in probes])
     for cut in cuts:
-        seen = _binned(every[cut.order], metric[np.ix_(cut.order, cut.order)], cut)
+        seen = _binned(every, metric, cut)
         for (candidate, columns), rows in zip(probes, np.split(seen, ends[:-1]), strict=True):
             found = _interval(columns[cut.order], rows, pull[cut.order], cut)
             key = is_field(candidate), candidate.name, cut.variable
@@ -156,10 +156,9 @@ def _cuts(observations: Observations) -> Iterator[_Cut]:
 
 
 def _binned(columns: Matrix, metric: NDArray[np.float32], cut: _Cut) -> NDArray[np.float32]:
-    """(k, bins, n) products of each bin of columns (n, k) with all tiles."""
-    ends, single = [*cut.starts[1:], len(columns)], columns.T.astype(np.float32)
-    bins = [single[:, i:j] @ metric[i:j] for i, j in zip(cut.starts, ends, strict=True)]
-    return np.stack(bins, axis=1)
+    """(k, bins, n) products of each bin of columns (n, k) with all tiles, these in the order of the cut."""
+    bins = np.split(cut.order, cut.starts[1:])
+    return np.stack([columns[own].T.astype(np.float32) @ metric[own] for own in bins], axis=1)[..., cut.order]
 
 
 def _interval(columns: Matrix, rows: NDArray[np.float32], pull: Vector, cut: _Cut) -> tuple[float, Bound] | None:
