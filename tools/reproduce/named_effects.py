@@ -23,21 +23,25 @@ from typing import Any
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # products of small matrices: threads would only wait
 
+from fusion.errors import SensorError
+from fusion.files.content import Content
 from fusion.files.output.publish import atomic_file
 from fusion.geometry.camera import Camera, Principle
 from fusion.recording.cameras.presets import find_camera
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
 from fusion.sensor.effects.readout.axial_noise import AxialNoise
+from fusion.sensor.files.entries import given_effects
+from fusion.sensor.files.sensor_fields import FORMAT
 from fusion.sensor.files.sensor_file import write_sensor
-from fusion.sensor.parameter import parameters
 from fusion.sensor.sensor import Sensor
 from fusion.simulation.scenes import built_in
 from fusion.simulation.simulate import simulate
 from fusion.simulation.write import write_simulation
 from tools.documentation.effect_pages.recordings import ADVICE, SERIES, advice
+from tools.documentation.effect_pages.text import example
 
-GENERIC = ("tabulated",)  # a table of any shape: what no name of the catalogue fits
+GENERIC = {"tabulated": "unknown"}  # a table of any shape has no name: what is right to say of it
 SMALL = {Principle.TIME_OF_FLIGHT: ("kinect-v2", (256, 212)), Principle.STRUCTURED_LIGHT: ("kinect-v1", (320, 240))}
 NOISE = {
     Principle.TIME_OF_FLIGHT: AxialNoise(c0=0.001, shot=0.002, floor=0.001, ir_reference=1000.0),
@@ -67,7 +71,7 @@ def main() -> int:
     parser.add_argument("--write", action="store_true", help="the page of docs from all answers in OUT")
     options = parser.parse_args()
     options.output.mkdir(parents=True, exist_ok=True)
-    kinds = [kind for kind in EFFECTS if kind.name in options.only and kind.name not in GENERIC]
+    kinds = [kind for kind in EFFECTS if kind.name in options.only]
     for kind in kinds:
         file = options.output / f"{kind.name}.json"
         if not file.exists():
@@ -83,10 +87,9 @@ def main() -> int:
 
 
 def planted(kind: type[Effect]) -> Effect:
-    """The effect with the typical values of its first group of parameters."""
-    about = list(parameters(kind).values())
-    group = next(p.group for p in about if p.typical != p.neutral)
-    return kind(**{p.name: p.typical for p in about if p.group == group})
+    """The effect as its page shows it in a `sensor.json`: typical values of its first group of parameters."""
+    content = Content({"format": FORMAT, "effects": [example(kind)]}, kind.name, error=SensorError)
+    return given_effects(content)[0].effect()
 
 
 def _asked(kind: type[Effect], folder: Path, seed: int) -> Answer:
@@ -117,8 +120,9 @@ def _record(kind: type[Effect], folder: Path, sensor: Sensor, camera: Camera, se
         write_simulation(folder / f"rec_{number:02d}", simulate(scene, sensor, seed * 1000 + number))
 
 
-def judged(effect: str, verdict: dict[str, Any]) -> Answer:
+def judged(planted: str, verdict: dict[str, Any]) -> Answer:
     """What a verdict is worth for an effect that was planted."""
+    effect = GENERIC.get(planted, planted)
     sets = [(claim["effect"], *claim["indistinguishable_from"]) for claim in verdict["missing"]]
     claims = tuple(" | ".join(said) for said in sets)
     seconds = float(sum((verdict.get("seconds") or {}).values()))
@@ -130,7 +134,7 @@ def judged(effect: str, verdict: dict[str, Any]) -> Answer:
         outcome = outcome if len(sets[0]) <= LARGEST_SET else "indicated"
     else:
         outcome = "indicated" if effect in likely else "invisible" if effect in verdict["invisible"] else "silent"
-    return Answer(effect, outcome, claims, seconds)
+    return Answer(planted, outcome, claims, seconds)
 
 
 def _read(file: Path) -> Answer:
@@ -153,10 +157,11 @@ def _page(answers: list[Answer], seed: int) -> str:
     return "\n".join([
         "# Which effects `fusion explain` can name",
         "",
-        "Each at its typical size, recorded as its page says, in simulated recordings of this package, so that the "
-        "catalogue is asked whether it can be told apart; recordings by other hands are in [the trial](explain_trial.md).",
-        "*named*: established alone; *set*: one of at most three that look alike; *indicated*: likely, not established; "
-        "*invisible*: said to be what these data cannot show; *WRONG*: something else is established.",
+        "Each at its typical size, recorded as its page says, in simulated recordings of this package: the catalogue",
+        "is asked whether its laws can be told apart. Recordings by other hands are in [the trial](explain_trial.md).",
+        "*named*: established alone; *set*: one of at most three that look alike; *indicated*: likely, and not",
+        "established; *invisible*: said to be what these data cannot show; *silent*: nothing of it; *WRONG*: something",
+        "else is established.",
         "",
         _count(answers) + ".",
         "",

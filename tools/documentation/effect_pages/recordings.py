@@ -41,8 +41,7 @@ SERIES = {
     "papers": Series(
         "a wall with squares of black, grey and white paper, from 0.8 to 2.5 m, twice at 25 degrees",
         tuple(
-            _take("patches", distance_m=d, tilt_deg=t, frames=6)
-            for d, t in ((0.8, 0), (1.2, 25), (1.8, 0), (2.5, -25))
+            _take("patches", distance_m=d, tilt_deg=t, frames=6) for d, t in ((0.8, 0), (1.2, 25), (1.8, 0), (2.5, -25))
         ),
     ),
     "steps": Series(
@@ -64,9 +63,7 @@ SERIES = {
     ),
     "daylight": Series(
         "the wall from 0.8, 1.5 and 2.5 m in a dark room and in daylight of 5000 lux",
-        tuple(
-            _take("wall", distance_m=d, ambient_lux=lux, frames=12) for d in (0.8, 1.5, 2.5) for lux in (0, 5000)
-        ),
+        tuple(_take("wall", distance_m=d, ambient_lux=lux, frames=12) for d in (0.8, 1.5, 2.5) for lux in (0, 5000)),
     ),
     "table": Series(
         "an object of known shape on the turntable, from 15 and from 35 degrees above, with the angles that the table "
