@@ -6,9 +6,9 @@
 
 The recordings are simulated by the package itself, so this asks whether what the catalogue holds can be told apart, not
 whether it is true of sensors: tools/trial has other hands' recordings. The model that is explained has the noise and
-not the effect; poses are off by 0.5 mm and 0.5 mrad. "named": it is established; "set": it is in an established set of
-at most three that look alike; "indicated": likely, not established; "invisible": said to be what these data cannot
-show; "silent": nothing of it; "WRONG": something else is established, whatever else is said.
+not the effect; poses are as sure as the scenes state them. "named": it is established; "set": it is in an established
+set of at most three that look alike; "indicated": likely, not established, or one of more than three; "invisible": said
+to be what these data cannot show; "silent": nothing of it; "WRONG": something else is established, whatever else is.
 """
 
 import argparse
@@ -68,7 +68,7 @@ def main() -> int:
     parser.add_argument("-o", "--output", type=Path, required=True)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", nargs="+", metavar="EFFECT", choices=sorted(ADVICE), default=sorted(ADVICE))
-    parser.add_argument("--write", action="store_true", help="the page of docs from all answers in OUT")
+    parser.add_argument("--write", action="store_true", help="the page of docs from these answers")
     options = parser.parse_args()
     options.output.mkdir(parents=True, exist_ok=True)
     kinds = [kind for kind in EFFECTS if kind.name in options.only]
@@ -80,7 +80,7 @@ def main() -> int:
         print(_line(_read(file)), flush=True)
     answers = [_read(options.output / f"{kind.name}.json") for kind in kinds]
     print(_count(answers))
-    if options.write:
+    if options.write:  # of what was asked: the page tells which were not
         with atomic_file(PAGE) as partial:
             partial.write_text(_page(answers, options.seed), encoding="utf-8")
     return 0
@@ -154,16 +154,17 @@ def _count(answers: list[Answer]) -> str:
 def _page(answers: list[Answer], seed: int) -> str:
     rows = [f"| [{a.effect}](effects/{a.effect}.md) | {a.outcome} | {', '.join(a.claims).replace('|', 'or')} "
             f"| {advice(a.effect)} |" for a in answers]  # fmt: skip
+    open_ = sorted(set(ADVICE) - {answer.effect for answer in answers})
     return "\n".join([
         "# Which effects `fusion explain` can name",
         "",
         "Each at its typical size, recorded as its page says, in simulated recordings of this package: the catalogue",
         "is asked whether its laws can be told apart. Recordings by other hands are in [the trial](explain_trial.md).",
-        "*named*: established alone; *set*: one of at most three that look alike; *indicated*: likely, and not",
-        "established; *invisible*: said to be what these data cannot show; *silent*: nothing of it; *WRONG*: something",
+        "*named*: established alone; *set*: one of at most three that look alike; *indicated*: likely, or one of more",
+        "than three; *invisible*: said to be what these data cannot show; *silent*: nothing of it; *WRONG*: something",
         "else is established.",
         "",
-        _count(answers) + ".",
+        _count(answers) + "." + (f" Not asked yet: {', '.join(open_)}." if open_ else ""),
         "",
         "| effect | said | established | recorded |",
         "|---|---|---|---|",

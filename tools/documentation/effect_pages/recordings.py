@@ -61,6 +61,21 @@ SERIES = {
         "temperature",
         tuple(_take("warm-up", distance_m=d, frames=12) for d in (0.8, 1.2, 2.0)),
     ),
+    "far papers": Series(
+        "large sheets of black, grey and white paper from 2.5, 3.2 and 4 m",
+        tuple(
+            _take("patches", distance_m=d, reflectance="0.02,0.05,0.1,0.3,0.8", patch_m=0.5, frames=6)
+            for d in (2.5, 3.2, 4.0)
+        ),
+    ),
+    "slant": Series(
+        "a wall at 60 degrees, so that near and far are in one picture, from 1.2, 1.6 and 2 m",
+        tuple(_take("wall", distance_m=d, tilt_deg=60, frames=6) for d in (1.2, 1.6, 2.0)),
+    ),
+    "minute": Series(
+        "a board before a wall from 1 and 1.6 m, for a minute each, warm and nothing moved",
+        tuple(_take("warm-up", distance_m=d, frames=40, minutes=1, start_s=6000) for d in (1.0, 1.6)),
+    ),
     "daylight": Series(
         "the wall from 0.8, 1.5 and 2.5 m in a dark room and in daylight of 5000 lux",
         tuple(_take("wall", distance_m=d, ambient_lux=lux, frames=12) for d in (0.8, 1.5, 2.5) for lux in (0, 5000)),
@@ -72,7 +87,7 @@ SERIES = {
     ),
     "walk": Series(
         "a room of known shape that the camera sweeps through at 30 frames a second, three times",
-        tuple(_take("room", frames=60, sweep_deg=s) for s in (50, 70, 90)),
+        tuple(_take("room", frames=30, sweep_deg=s) for s in (30, 40, 50)),
     ),
 }
 ADVICE = {
@@ -106,12 +121,12 @@ ADVICE = {
     "emitter_parallax": ("walls",),
     "mixed_pixels": ("steps",),
     "pixel_crosstalk": ("papers", "steps"),
-    "sensor_interference": ("walls",),
+    "sensor_interference": ("minute",),
     "motion_artifact": ("walk",),
     "cyclic_error": ("walls",),
     "amplitude_error": ("papers", "walls"),
     "column_delay": ("walls",),
-    "phase_wrapping": ("walls",),
+    "phase_wrapping": ("slant",),
     "lateral_noise": ("steps", "walls"),
     "fixed_pattern": ("walls",),
     "temperature_drift": ("warm-up",),
@@ -119,7 +134,7 @@ ADVICE = {
     "depth_offset": ("walls",),
     "tabulated": ("walls",),
     "saturation": ("papers", "walls"),
-    "amplitude_dropout": ("papers", "walls"),
+    "amplitude_dropout": ("far papers", "papers"),
     "axial_noise": ("walls",),
     "temporal_filtering": ("walk", "walls"),
     "depth_quantization": ("walls",),
