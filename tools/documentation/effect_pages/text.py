@@ -11,6 +11,7 @@ from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
 from fusion.sensor.parameter import Parameter, parameters, settings
 from fusion.sensor.words.in_words import in_words
+from tools.documentation.effect_pages.recordings import advice
 
 COMMAND = "python -m tools.documentation.effects"
 ROOMS = ("rig", "optics", "light", "triangulation", "phase", "readout")
@@ -48,6 +49,9 @@ def page(kind: type[Effect]) -> str:
         _facts(kind),
         "## Parameters",
         _parameter_table(kind),
+        "## What to record",
+        f"So that `fusion explain` can name it: {advice(kind.name)[0].lower()}{advice(kind.name)[1:]} "
+        "[What it says of each effect then](../explain_effects.md).",
         "## In a `sensor.json`",
         f"```json\n{_json(example(kind))}\n```",
         f"Made by `{COMMAND}` from [{_source(kind)}](../../{_source(kind)}); change the text there. "
