@@ -17,7 +17,7 @@ import os
 import shutil
 import subprocess
 import sys
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -76,7 +76,7 @@ def main() -> int:
         file = options.output / f"{kind.name}.json"
         if not file.exists():
             answer = _asked(kind, options.output / kind.name, options.seed)
-            file.write_text(json.dumps(answer.__dict__), encoding="utf-8")
+            file.write_text(json.dumps(asdict(answer)), encoding="utf-8")
         print(_line(_read(file)), flush=True)
     answers = [_read(options.output / f"{kind.name}.json") for kind in kinds]
     print(_count(answers))
@@ -120,13 +120,13 @@ def _record(kind: type[Effect], folder: Path, sensor: Sensor, camera: Camera, se
         write_simulation(folder / f"rec_{number:02d}", simulate(scene, sensor, seed * 1000 + number))
 
 
-def judged(planted: str, verdict: dict[str, Any]) -> Answer:
+def judged(name: str, verdict: dict[str, Any]) -> Answer:
     """What a verdict is worth for an effect that was planted."""
-    effect = GENERIC.get(planted, planted)
+    effect = GENERIC.get(name, name)
     sets = [(claim["effect"], *claim["indistinguishable_from"]) for claim in verdict["missing"]]
     claims = tuple(" | ".join(said) for said in sets)
     seconds = float(sum((verdict.get("seconds") or {}).values()))
-    likely = {name for claim in verdict["indicated"] for name in (claim["effect"], *claim["indistinguishable_from"])}
+    likely = {one for claim in verdict["indicated"] for one in (claim["effect"], *claim["indistinguishable_from"])}
     if any(effect not in said for said in sets):
         outcome = "WRONG"
     elif sets:
@@ -134,7 +134,7 @@ def judged(planted: str, verdict: dict[str, Any]) -> Answer:
         outcome = outcome if len(sets[0]) <= LARGEST_SET else "indicated"
     else:
         outcome = "indicated" if effect in likely else "invisible" if effect in verdict["invisible"] else "silent"
-    return Answer(planted, outcome, claims, seconds)
+    return Answer(name, outcome, claims, seconds)
 
 
 def _read(file: Path) -> Answer:

@@ -24,7 +24,6 @@ from fusion.recording.native.camera_file import LEAST_SCALE, MOST_SCALE
 Array = NDArray[np.float64]
 Fields = Mapping[str, Any]
 
-ENDINGS = (".yaml", ".yml", ".xml")
 OPENCV = ("%YAML:1.0", "!!opencv-", "<opencv_storage")  # what only its files hold
 # what the same is called by those who write it
 MATRIX = ("camera_matrix", "cameraMatrix", "Camera_Matrix", "intrinsic_matrix", "K", "M1", "mtx")
@@ -84,10 +83,10 @@ def _of_kalibr(chain: Fields, path: Path) -> Camera:
 def _of_settings(fields: Fields, path: Path) -> Camera:
     begin = next(begin for begin in SETTINGS if f"{begin}fx" in fields)
     values = _numbers([fields.get(begin + name, np.nan) for name in ("fx", "fy", "cx", "cy")], path, begin + "fx")
-    lens = [fields.get(begin + name, 0.0) for name in ("k1", "k2", "p1", "p2", "k3")]
     width, height = _pair([fields.get(f"Camera.{side}") for side in ("width", "height")], path, "Camera.width")
-    model = "equidistant" if fields.get("Camera.type") == "KannalaBrandt8" else "plumb_bob"
-    lens = [fields.get(begin + f"k{n}", 0.0) for n in range(1, 5)] if model == "equidistant" else lens
+    fish = fields.get("Camera.type") == "KannalaBrandt8"
+    model, names = ("equidistant", "k1 k2 k3 k4") if fish else ("plumb_bob", "k1 k2 p1 p2 k3")
+    lens = [fields.get(begin + name, 0.0) for name in names.split()]
     camera = made_camera(
         width, height, _four(values, path, begin), model, _numbers(lens, path, begin + "k1"), str(path)
     )

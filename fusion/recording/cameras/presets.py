@@ -7,7 +7,6 @@ from fusion.errors import RecordingError
 from fusion.files.json_file import read_json
 from fusion.files.schema import one_of
 from fusion.geometry.camera import Camera, Principle
-from fusion.recording.cameras.calibration_files import ENDINGS, camera_of_calibration
 from fusion.recording.cameras.matrix_files import camera_of_others
 from fusion.recording.native.camera_file import camera_content, camera_of
 
@@ -26,6 +25,7 @@ def _read(kind: str) -> dict[str, tuple[Camera, str]]:
 
 DATA_SETS, DEVICES = _read("data_sets"), _read("devices")
 PRESETS = DATA_SETS | DEVICES
+CALIBRATIONS = (".yaml", ".yml", ".xml")  # endings of files by programs that calibrate
 
 
 def say_camera(like: str) -> str:
@@ -51,7 +51,9 @@ def find_camera(camera: Camera | Path | str) -> Camera:
     if not Path(camera).is_file():
         expected = "a camera.json or " + one_of(list(PRESETS), camera)
         raise RecordingError("the camera is not known", "--camera", camera, expected)
-    if Path(camera).suffix.lower() in ENDINGS:
+    if Path(camera).suffix.lower() in CALIBRATIONS:
+        from fusion.recording.cameras.calibration_files import camera_of_calibration  # PyYAML is loaded for these alone
+
         return camera_of_calibration(Path(camera))
     fields = read_json(Path(camera), RecordingError, "the camera file")
     if isinstance(fields, dict) and {"intrinsic_matrix", "K"} & fields.keys():
