@@ -92,6 +92,8 @@ def held_through(views: Sequence[ObjectView], motion: Turns) -> Alone | None:
 
     Such an object is nearly round, and shape tells of its axis as little as of its turn.
     """
+    if any(v.print is None for v in views):
+        return None
     seen, state = stack([thinned_view(v, POINTS_JOINT) for v in views]), State(*motion, np.zeros((len(views), 2)))
     edges = _near_in_turn(motion.angles)
     return printed(seen, (state, state), edges) if held_by_print(seen, state, edges) else None
