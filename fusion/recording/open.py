@@ -13,7 +13,7 @@ from fusion.errors import RecordingError
 from fusion.files.inside import part
 from fusion.files.reading import beginning
 from fusion.geometry.camera import Camera
-from fusion.recording.cameras.presets import DEVICES, find_camera
+from fusion.recording.cameras.presets import DEVICES, MODES, find_camera
 from fusion.recording.cameras.said_camera import are_numbers, said_camera
 from fusion.recording.formats import bop, fakenect, not_read, open3d_folder, seven_scenes, tum
 from fusion.recording.formats.azure import mkv
@@ -86,8 +86,10 @@ def open_recording(path: Path | str, camera: Camera | Path | str | None = None, 
     recording = _without_blind_pixels(recording)
     if str(camera) in DEVICES:
         nominal, source = DEVICES[str(camera)]
-        size = "" if recording.camera.shape == nominal.shape else f", resized from {nominal.width} x {nominal.height}"
+        known = any(recording.camera.shape == mode.shape for mode in MODES[str(camera)])
+        size = "" if known else f", resized from {nominal.width} x {nominal.height}"
         told = f"the camera is a nominal {camera} ({source}){size}, not calibrated"
+        told += f"; depth aligned to colour is {camera}-color" if f"{camera}-color" in DEVICES else ""
         recording = replace(recording, warnings=(*recording.warnings, told))
     scene = part(path, "scene.json", RecordingError)
     return recording if scene is None else replace(recording, scene=read_scene_fields(scene))

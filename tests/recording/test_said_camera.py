@@ -69,6 +69,24 @@ def test_a_preset_is_resized_to_images_in_its_proportion(tmp_path, size):
     assert np.nanmax(found[0].depth) == pytest.approx(0.9)
 
 
+@pytest.mark.parametrize(
+    ("preset", "size", "focal", "middle"),
+    [  # as two units state their modes (realsense-ros issue 2788; public code): of 640 x 480, and of half its size
+        ("realsense-d435", (640, 480), 384.2 / 424.2 * 425.8, 319.5 + 0.9057 * 3.7),
+        ("realsense-d435", (320, 240), 384.2 / 424.2 * 425.8 / 2, (319.5 + 0.9057 * 3.7 + 0.5) / 2 - 0.5),
+        ("realsense-d435-color", (640, 480), 618.1 / 927.1 * 917, 319.5),
+        ("realsense-d435", (1280, 720), 644.0 / 386.4 * 384.2 / 424.2 * 425.8, None),
+    ],
+)
+def test_images_cut_from_the_same_imager_have_the_focal_length_of_their_mode(tmp_path, preset, size, focal, middle):
+    cv2.imwrite(str(tmp_path / "1.png"), np.full((size[1], size[0]), 900, np.uint16))
+    found = open_recording(tmp_path, preset)
+    assert found.camera.fx == pytest.approx(focal, rel=2e-3) and found.camera.shape == size[::-1]
+    assert middle is None or found.camera.cx == pytest.approx(middle, abs=0.1)
+    assert np.nanmax(found[0].depth) == pytest.approx(0.9)
+    assert any("resized" in text for text in found.warnings) == (size in [(320, 240)])
+
+
 def test_a_preset_of_another_shape_is_refused(tmp_path):
     cv2.imwrite(str(tmp_path / "1.png"), np.full((240, 424), 900, np.uint16))
     with pytest.raises(RecordingError, match="another size"):

@@ -1,6 +1,7 @@
 """Cameras by name, for recordings that come without intrinsics: `presets.toml` beside this file has their numbers."""
 
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 from fusion.errors import RecordingError
@@ -12,15 +13,27 @@ from fusion.recording.native.camera_file import camera_content, camera_of
 
 _TABLES = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
 
+MODES: dict[str, tuple[Camera, ...]] = {}  # of each name all images that the device makes but for evenly resized ones
+
 
 def _read(kind: str) -> dict[str, tuple[Camera, str]]:
     """Name to camera and where its numbers are from."""
     read = {}
     for name, table in _TABLES[kind].items():
         size, matrix, source = (table.pop(key) for key in ("size", "matrix", "source"))
+        modes = table.pop("modes", ())
         table["principle"] = Principle(table["principle"])
-        read[name] = (Camera(*size, *matrix, **({"sensor": name} | table)), source)
+        camera = Camera(*size, *matrix, **({"sensor": name} | table))
+        read[name] = (camera, source)
+        MODES[name] = (camera, *(_cut(camera, *mode) for mode in modes))
     return read
+
+
+def _cut(camera: Camera, width: int, height: int, ratio: float) -> Camera:
+    """The camera of images cut from the same imager, of `ratio` times its focal length, about the same place."""
+    cx = (width - 1) / 2 + ratio * (camera.cx - (camera.width - 1) / 2)
+    cy = (height - 1) / 2 + ratio * (camera.cy - (camera.height - 1) / 2)
+    return replace(camera, width=width, height=height, fx=camera.fx * ratio, fy=camera.fy * ratio, cx=cx, cy=cy)
 
 
 DATA_SETS, DEVICES = _read("data_sets"), _read("devices")

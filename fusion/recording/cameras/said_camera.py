@@ -7,7 +7,7 @@ from pathlib import Path
 from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera
 from fusion.recording.cameras.laid import in_proportion
-from fusion.recording.cameras.presets import PRESETS, find_camera
+from fusion.recording.cameras.presets import MODES, PRESETS, find_camera
 from fusion.recording.images.read import image_size
 from fusion.recording.native.camera_file import LEAST_SCALE, MOST_SCALE, are_focal
 from fusion.recording.recording import Recording
@@ -19,8 +19,8 @@ def said_camera(camera: Camera | Path | str, read: Read, usual_scale: float = 10
     """The camera that is meant; of `fx,fy,cx,cy` [px] the rest is the recording's own, or the size of its images.
 
     Args:
-        camera: a Camera, a `camera.json`, the name of a preset (resized to images in its proportion), or the four
-            numbers, a fifth for the counts per metre.
+        camera: a Camera, a `camera.json`, the name of a preset (in the mode of the images' size, or resized), or the
+            four numbers, a fifth for the counts per metre.
         read: opens the recording with a camera.
         usual_scale: counts per metre of a format that states none.
 
@@ -30,7 +30,7 @@ def said_camera(camera: Camera | Path | str, read: Read, usual_scale: float = 10
     numbers = _numbers(camera)
     if numbers is None:
         found = find_camera(camera)
-        return _resized(found, read(found)) if str(camera) in PRESETS else found
+        return _of_a_mode(str(camera), read(found)) if str(camera) in PRESETS else found
     fx, fy, cx, cy, *scales = numbers
     if not are_focal(fx, fy) or max(abs(cx), abs(cy)) > 1e6:
         raise RecordingError("the camera cannot be used", "--camera", camera, "fx,fy,cx,cy in pixels")
@@ -45,13 +45,13 @@ def said_camera(camera: Camera | Path | str, read: Read, usual_scale: float = 10
     return replace(found, depth_scale=scales[0]) if scales else found
 
 
-def _resized(preset: Camera, recording: Recording) -> Camera:
-    """A preset for images that are its own evenly resized: devices have such modes."""
+def _of_a_mode(preset: str, recording: Recording) -> Camera:
+    """The preset as its device makes images of that size: one of its modes, or one evenly resized."""
     seen = _of_images(recording)
     size = seen.width, seen.height
-    if size == (preset.width, preset.height) or not in_proportion(size, (preset.width, preset.height)):
-        return preset
-    return preset.resized(*size)
+    fitting = [mode for mode in MODES[preset] if in_proportion(size, (mode.width, mode.height))]
+    mode = min(fitting or MODES[preset][:1], key=lambda mode: abs(mode.width - seen.width))
+    return mode if not fitting or mode.shape == seen.shape else mode.resized(*size)
 
 
 def _of_images(recording: Recording) -> Camera:
