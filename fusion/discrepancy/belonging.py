@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fusion.discrepancy.observe.frame_block import FrameBlock
+from fusion.discrepancy.wrapping import NEAR
 from fusion.errors import RecordingError
 from fusion.geometry.camera import Principle
 from fusion.sensor.effects.phase.phase_wrapping import PhaseWrapping
@@ -12,7 +13,6 @@ from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import LIGHT_SPEED, MODULATIONS_HZ, Image
 
 FAR_OFF = 0.25  # of the depth, over half of the image: no effect of a sensor but a lost phase (guess)
-NEAR = 0.03  # [m] to whole periods: how far depth that lost its phase is off for other reasons
 
 
 def refuse_strangers(blocks: Sequence[FrameBlock], sensor: Sensor) -> None:
