@@ -7,7 +7,7 @@ import numpy as np
 from fusion.discrepancy.naming.assessment import Step
 from fusion.discrepancy.naming.effect_part import EffectPart
 from fusion.discrepancy.naming.heterogeneity import unevenness
-from fusion.discrepancy.naming.refit import PartsFit
+from fusion.discrepancy.naming.refit import PartsFit, refitted
 from fusion.discrepancy.naming.search.step import NextPart
 from fusion.evaluation.quantization import LEVEL
 
@@ -53,6 +53,19 @@ def weak_of(steps: Sequence[Step]) -> list[Step]:
         if step.effect.name != steps[0].effect.name:
             bad[k] |= step.std > UNSURE and not step.shapes_std  # a size is as open as the shape that it goes with
     return [step for step, is_bad in zip(steps, bad, strict=True) if is_bad]
+
+
+def without_faint(fit: PartsFit, steps: Sequence[Step]) -> tuple[PartsFit, Step] | None:
+    """The fit without its least name, and that name's first step, where all of it may be the form of the others."""
+    names = {step.effect.name for step in steps} - {step.effect.name for step in steps[:1]}
+    if not names:
+        return None
+    least = min(names, key=lambda name: sum(step.gain for step in steps if step.effect.name == name))
+    step = next(step for step in steps if step.effect.name == least)
+    own = next(part for part in fit.parts if part.candidate is step.candidate)
+    rest = refitted([part for part in fit.parts if part.name != least], fit.observations, fit.covariance)
+    gain = float(rest.white @ rest.white - fit.white @ fit.white)
+    return (rest, step) if is_faint(rest, NextPart(own, gain, 0.0, step.held_out, step.probability)) else None
 
 
 def gain_of(part: EffectPart) -> float:

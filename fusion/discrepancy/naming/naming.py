@@ -10,7 +10,7 @@ from fusion.discrepancy.decisions import FALSE_ALARM, SURE
 from fusion.discrepancy.inference.tile_covariance import TileCovariance
 from fusion.discrepancy.naming.assessment import Step, judged, judged_next
 from fusion.discrepancy.naming.effect_part import EffectPart
-from fusion.discrepancy.naming.established import LIKELY, gain_of, is_faint, weak_of
+from fusion.discrepancy.naming.established import LIKELY, gain_of, is_faint, weak_of, without_faint
 from fusion.discrepancy.naming.partial_residual import partial_residual
 from fusion.discrepancy.naming.refit import PartsFit, refitted
 from fusion.discrepancy.naming.search.candidates import Candidate, candidate_of
@@ -84,7 +84,7 @@ def _poorer(fit: PartsFit, steps: Sequence[Step]) -> tuple[PartsFit, Step] | Non
     """The fit without a step that does not stand beside the others, and that step; None where all of them do."""
     weak = weak_of(steps)
     if not weak:
-        return None
+        return without_faint(fit, steps)
     rest = [part for part in fit.parts if part.candidate is not weak[-1].candidate]
     return refitted(rest, fit.observations, fit.covariance), weak[-1]
 
