@@ -21,3 +21,9 @@ def test_with_too_many_tiles_they_are_no_larger_than_they_must_be(monkeypatch):
         # the image is some ten tiles wide: those at its border come and go by a tenth, in both directions
         assert 0.7 * share * count < len(fewer.residual) <= share * count
         assert side <= np.ceil(1.1 * SIDE_PX / np.sqrt(share)) + 1
+
+
+def test_the_model_that_predicted_predicts_no_second_time():
+    seen = observe(sensor_of("itof"), looks_at(sensor_of("itof"), 1)[:2])
+    assert seen.under(seen.sensor) is seen
+    assert seen.under(sensor_of("itof")) is not seen

@@ -176,6 +176,8 @@ class Observations:
 
     def under(self, sensor: Sensor) -> "Observations":
         """The same blocks and tiles, in the same units, under another sensor model."""
+        if sensor is self.sensor:
+            return self  # with all that is computed of it
         return replace(self, sensor=sensor, patches=tuple(patch.under(sensor) for patch in self.patches))
 
     def seen_again(self, blocks: Sequence[FrameBlock]) -> "Observations":
