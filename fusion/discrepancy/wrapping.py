@@ -120,7 +120,7 @@ def _wrapping(views: Sequence[tuple[Vector, Vector]], length: float, known: bool
         counts = [np.mean(fits & (expected == k)) > SEEN for k in range(int(expected.max()) + 1)]
         coincidences += sum(counts) if any(counts[1:]) else 0  # that what lost no turn is right tells where they begin
     left, whole = np.concatenate(after), float(np.square(np.concatenate(before)).sum())
-    if not len(left) or np.mean(np.abs(left) < NEAR) < HOLDS:
+    if not coincidences or np.mean(np.abs(left) < NEAR) < HOLDS:
         return None
     gone = whole - float(np.square(left).sum())
     chance = min(1.0, tried * (2 * NEAR / length) ** max(coincidences - (not known), 0))

@@ -51,6 +51,16 @@ def test_where_nothing_is_lost_nothing_wraps(blocks):
     assert wrapping_of(blocks, sensor_of(blocks[0].view.camera.principle)) is None
 
 
+def test_rows_that_are_off_by_a_turn_nearer_than_a_turn_do_not_wrap():
+    blocks = looks_at(sensor_of("itof"), 2, NEAR_WALLS)
+    off = []
+    for block in blocks:
+        mean = block.mean.copy()
+        mean[10:13] -= 1.249 / block.view.stretch[10:13]  # of 120 MHz, which such cameras have
+        off.append(replace(block, mean=mean))
+    assert wrapping_of(off, sensor_of("itof")) is None
+
+
 def test_another_scene_does_not_wrap():
     blocks = looks_at(sensor_of("itof"), 3)
     nearer = [replace(block, mean=block.mean - 0.3 - 0.2 * k) for k, block in enumerate(blocks)]
