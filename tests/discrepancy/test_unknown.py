@@ -73,6 +73,22 @@ def test_one_recording_alone_establishes_no_unknown_law(found):
     assert law.gain > 100 and not law.replicated
 
 
+def test_a_law_of_what_each_recording_has_one_value_of_is_not_established():
+    """Eight recordings, one after the other: what goes with their times may go with how each was set up."""
+    sensor = sensor_of("itof")
+    blocks = looks_at(sensor, 3)
+    for block in blocks:
+        wave = np.sin(2 * np.pi * block.view.moment.time / 1300.0)
+        block.mean[...] = block.mean + 0.01 * wave * ((block.view.v - 40.0) / 40.0) ** 2 / block.view.stretch
+    before = observe(sensor, blocks)
+    covariance = covariance_of(before)
+    white = covariance.whiten(before.residual)
+    left = explained(white, groups_of(before, covariance), np.zeros((len(white), 0)))
+    law = law_of(white, before, covariance, left)
+    assert {"time", "temperature"} & set(law.variables) and law.gain > 100
+    assert not law.replicated
+
+
 def test_the_form_of_a_law_without_a_name_is_found(found):
     law = found.beyond.law
     assert law.simple and law.variables[0] == "v" and set(law.variables) <= {"v", "depth", "range"}

@@ -149,11 +149,23 @@ def _law(what: Any, fit: tuple[Vector, Vector], white: Vector, data: MeasuredTil
 
 
 def _elsewhere(variables: Sequence[str], own: Vector, white: Vector, observations: Observations) -> float:
-    """Drop of the chi2 in recordings left out; one alone tells nothing, but of what changes while it goes on."""
+    """Drop of the chi2 in recordings left out; one alone tells nothing, but of what changes while it goes on.
+
+    Nor do several of what each of them has one value of: whatever else was set up anew with them may be the cause.
+    """
+    known = observations.variables
+    if not all(name in known and _varies(known[name], observations.place) for name in variables):
+        return 0.0
     if len(np.unique(observations.place)) > 1:
         return gain_elsewhere(own, white, observations.place)
     changes = len(np.unique(observations.block_number)) > 1 and set(variables) & set(WITHIN)
     return gain_elsewhere(own, white, observations.block_number) if changes else 0.0
+
+
+def _varies(values: Vector, place: NDArray[np.intp]) -> bool:
+    """True where a variable (n,) of tiles has more than one value in any recording."""
+    apart = max(float(np.ptp(values[place == g])) for g in np.unique(place))
+    return apart > 1e-6 * float(np.ptp(values))
 
 
 def _width(term: UnknownTerm, observations: Observations) -> int:
