@@ -1,6 +1,7 @@
 """Open3D's and Redwood's folders: `depth/*.png` (PGM, TIFF), `color/*.jpg`, camera and trajectory optional."""
 
 import re
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
@@ -20,6 +21,7 @@ from fusion.recording.formats.recorded.parts import FRAMES_PER_SECOND, even_or_s
 from fusion.recording.formats.tum import with_color_placed
 from fusion.recording.images.frame_files import FrameFiles
 from fusion.recording.images.load_frame import load_frame
+from fusion.recording.images.read import image_size
 from fusion.recording.native.text_files import data_lines, number
 from fusion.recording.recording import Recording
 
@@ -42,7 +44,7 @@ def read(folder: Path, camera: Camera | None) -> Recording:
     """The recording in an Open3D or Redwood folder. Raises RecordingError."""
     depth = _images(folder, "depth")
     color = next((found for name in COLOR_FOLDERS if (found := _images(folder, name))), [])
-    camera = camera or _camera(folder)
+    camera = camera or _camera(folder, depth)
     stamps, warnings = _stamps(depth)
     matched, told = matching(depth, color)
     warnings += told
@@ -99,11 +101,12 @@ def _stamps(names: list[str]) -> tuple[NDArray[np.float64], list[str]]:
     return no_stamps(len(names))
 
 
-def _camera(folder: Path) -> Camera:
+def _camera(folder: Path, depth: Sequence[str] = ()) -> Camera:
     path = next((part(folder, name, RecordingError) for name in CAMERA_FILES if (folder / name).is_file()), None)
     if path is None:
-        do = say_camera("primesense")
-        raise RecordingError("the recording has no camera", folder, "no intrinsic.json", "intrinsics", do)
+        size = "depth images of {} x {}, ".format(*image_size(folder / depth[0])) if depth else ""
+        do = say_camera("primesense", folder)
+        raise RecordingError("the recording has no camera", folder, size + "no intrinsic.json", "intrinsics", do)
     return camera_of_others(Content(read_json(path, RecordingError), path, "the camera", RecordingError))
 
 
