@@ -39,6 +39,13 @@ def test_camera_poses_and_colours_are_read(tmp_path, pose):
     assert found.color_is_apart and found.color_apart(1).shape == (2 * CAMERA.height, 2 * CAMERA.width, 3)
 
 
+def test_colours_in_the_depth_camera_s_pixels_lie_over_depth(tmp_path):
+    exported(tmp_path)
+    (tmp_path / "intrinsic/intrinsic_color.txt").write_text((tmp_path / "intrinsic/intrinsic_depth.txt").read_text())
+    found = open_recording(tmp_path)
+    assert found.camera.color is None and found[0].color.shape[:2] == CAMERA.shape
+
+
 def test_poses_of_lost_frames_are_missing(tmp_path):
     exported(tmp_path)
     (tmp_path / "pose/2.txt").write_text("-inf -inf -inf -inf\n" * 4)

@@ -79,7 +79,9 @@ def _camera(folder: Path, depth: list[str], color: list[str]) -> Camera | None:
     if not color or not (places[0] / COLOR).is_file():
         return camera
     T = read_matrix(places[0] / PLACE) if (places[0] / PLACE).is_file() else np.eye(4)
-    return replace(camera, color=_of_matrix(places[0] / COLOR, folder / color[0]), T_color_depth=inverse(T))
+    beside = _of_matrix(places[0] / COLOR, folder / color[0])
+    over = camera.shape == beside.shape and np.allclose(camera.parameters, beside.parameters, rtol=1e-3)
+    return camera if over and np.allclose(T, np.eye(4)) else replace(camera, color=beside, T_color_depth=inverse(T))
 
 
 def _of_matrix(path: Path, image: Path) -> Camera:
