@@ -5,13 +5,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from fusion.discrepancy.observe.frame_block import FrameBlock
+from fusion.discrepancy.wrapping import NEAR
 from fusion.errors import RecordingError
 from fusion.geometry.camera import Principle
+from fusion.sensor.effects.phase.phase_wrapping import PhaseWrapping
 from fusion.sensor.sensor import Sensor
-from fusion.sensor.view import LIGHT_SPEED, MODULATIONS_HZ
+from fusion.sensor.view import LIGHT_SPEED, MODULATIONS_HZ, Image
 
 FAR_OFF = 0.25  # of the depth, over half of the image: no effect of a sensor but a lost phase (guess)
-NEAR = 0.03  # [m] to whole periods: how far depth that lost its phase is off for other reasons
 
 
 def refuse_strangers(blocks: Sequence[FrameBlock], sensor: Sensor) -> None:
@@ -20,10 +21,13 @@ def refuse_strangers(blocks: Sequence[FrameBlock], sensor: Sensor) -> None:
     Raises:
         RecordingError: half of what is seen lies elsewhere by more than any effect moves it.
     """
+    wraps = sensor.effect(PhaseWrapping.name)
     for block in blocks:
         if block.view.depth is None:
             continue
         apart = block.mean - block.view.depth
+        if wraps is not None:
+            apart = apart - wraps.bias(block.view.depth, block.view)
         seen = np.isfinite(apart)
         if not seen.any() or np.median(np.abs(apart[seen]) / block.view.depth[seen]) < FAR_OFF:
             continue
@@ -36,8 +40,23 @@ def refuse_strangers(blocks: Sequence[FrameBlock], sensor: Sensor) -> None:
             f"depth that is {abs(off):.2f} m {'farther' if off > 0 else 'nearer'} than scene and poses say (median)",
             f"less than {FAR_OFF:.0%} of the depth",
             "check scene.json, the mesh and its unit, the poses (camera to world) and depth_scale, and whether "
-            "somebody stands before the camera",
+            "somebody stands before the camera" + _or_wrapped(block, apart, sensor),
         )
+
+
+def _or_wrapped(block: FrameBlock, apart: Image, sensor: Sensor) -> str:
+    """What to do where ranges are short by the same all over a view, as they are where a phase wraps."""
+    if sensor.principle != Principle.TIME_OF_FLIGHT or sensor.effect(PhaseWrapping.name) is not None:
+        return ""
+    lost = -(apart * block.view.stretch)[np.isfinite(apart)]
+    one = float(np.median(lost))
+    if one <= 0 or np.median(np.abs(lost - one)) > NEAR:
+        return ""
+    return (
+        f"; where the camera wraps beyond {one:.2f} m, which is the phase of {LIGHT_SPEED / 2e6 / one:.1f} MHz, add "
+        f'{{"effect": "{PhaseWrapping.name}", "range": {one:.3f}}} to the effects of the sensor file, or record walls '
+        f"on both sides of {one:.2f} m"
+    )
 
 
 def _lost_phase(off: float, frequencies: Sequence[float]) -> bool:

@@ -31,6 +31,7 @@ from fusion.discrepancy.observe.stage import simulated_stage, stage_of
 from fusion.discrepancy.simulated import matched
 from fusion.discrepancy.unknown.unknown import Unknown
 from fusion.discrepancy.unknown.unrestricted import UnrestrictedGain
+from fusion.discrepancy.wrapping import clear_of_turns, wrapping_of
 from fusion.errors import FusionError
 from fusion.geometry.camera import Principle
 from fusion.progress import each, stage
@@ -138,13 +139,24 @@ def explain(
         seen = blocks_of(set_up, wanted_channels(baseline, sensor.principle == Principle.TIME_OF_FLIGHT))
         prints.append((recording.path, frozenset().union(*(block.prints for block in seen))))
         refuse_copies(prints)
-        refuse_strangers(seen, sensor)
         blocks += seen
-    return explained_looks(joined(blocks), sensor)
+    wrapping = wrapping_of(blocks, sensor)  # all recordings together tell it from another scene
+    if wrapping is not None:
+        sensor, blocks = wrapping.added_to(sensor), clear_of_turns(blocks, wrapping)
+    refuse_strangers(blocks, sensor)
+    return explained_looks(joined(blocks), sensor, () if wrapping is None else (wrapping.step,))
 
 
-def explained_looks(blocks: Sequence[FrameBlock], sensor: Sensor) -> Explanation:
-    """What blocks of frames of known scenes show beyond a sensor model; FusionError when too few tiles are left."""
+def explained_looks(blocks: Sequence[FrameBlock], sensor: Sensor, told: tuple[ChannelStep, ...] = ()) -> Explanation:
+    """What blocks of frames of known scenes show beyond a sensor model.
+
+    Args:
+        blocks: in any order.
+        sensor: what is already known.
+        told: what of that these blocks themselves have told.
+    Raises:
+        FusionError: too few tiles are left.
+    """
     # a model that holds shaking says itself how much of it there is
     shaking = None if sensor.effect(SHAKES.name) else shaking_of(blocks)
     blocks = blocks if shaking is None else steadied(blocks, shaking)
@@ -168,7 +180,7 @@ def explained_looks(blocks: Sequence[FrameBlock], sensor: Sensor) -> Explanation
         mean = beside_setting(likeliest([explained_mean(seen, grainy) for seen in ways]), ways[0], grainy)
     with stage("noise"):
         mean, grain = _judged(mean, sensor)
-        first = (*(() if shaking is None else (_shaken(shaking),)), *grain)
+        first = (*told, *(() if shaking is None else (_shaken(shaking),)), *grain)
         channels = _channels(mean.named, mean.beyond, mean.seen.blocks, first)
     seen = mean.seen
     return Explanation(

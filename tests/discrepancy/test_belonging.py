@@ -18,7 +18,7 @@ class Look:
     """As much of a block of frames as is asked for."""
 
     def __init__(self, mean, depth):
-        self.mean, self.view = mean, type("View", (), {"depth": depth})
+        self.mean, self.view = mean, type("View", (), {"depth": depth, "stretch": np.ones_like(depth)})
         self.stage = type("Stage", (), {"recording": type("Recording", (), {"path": "rec"})})
 
 

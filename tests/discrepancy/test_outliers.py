@@ -39,6 +39,15 @@ def test_errors_of_a_sensor_are_not_foreign():
     assert not foreign(np.full_like(depth, np.nan), depth).any()
 
 
+def test_far_is_told_by_what_stands_there_where_a_range_wraps():
+    depth, measured = wall()
+    short = depth - 1.45  # near nothing where it wraps
+    measured = measured - 1.45
+    measured[30:50, 2:20] += 0.03  # as a pose that is off makes at a wall seen along itself
+    assert foreign(measured, short).any()
+    assert not foreign(measured, short, depth).any()
+
+
 def test_tiles_of_a_thing_are_left_out():
     blocks = looks_at(sensor_of("itof", DepthScale(scale=0.02)), 1)
     covered = blocks[3].mean.copy()

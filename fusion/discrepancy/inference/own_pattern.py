@@ -31,8 +31,10 @@ def own_patterns(observations: Observations) -> Matrix:
         size = np.concatenate([_size(patch, effect) for patch in observations.patches])
         if np.any(size):
             cells, first = _cells(observations), observations.patches[0]
-            alike = _alike(effect, first.view.camera, first.view.baseline, first.view.principle, first.tiles.side)
-            total += alike[np.ix_(cells, cells)] * np.outer(size, size)
+            drawn = _drawn(effect, first.view.camera, first.view.baseline, first.view.principle, first.tiles.side)
+            own, place = np.unique(cells, return_inverse=True)
+            alike = drawn[:, own].T @ drawn[:, own] / UNITS
+            total += alike[np.ix_(place, place)] * np.outer(size, size)
     return total
 
 
@@ -58,24 +60,26 @@ def _size(patch: Patch, effect: Effect) -> Vector:
         return patch.tiles.mean(effect.noise(patch.depth, patch.view) * patch.native)
 
 
-@lru_cache(maxsize=4)  # the menu's recordings have one camera
-def _alike(effect: Effect, camera: Camera, baseline: float, principle: Principle, side: int) -> Matrix:
-    """(cells, cells) covariance of the means over squares of the image, where pixels have a spread of one."""
-    wall = _wall(camera, baseline, principle)
-    if _is_smooth(_pattern(effect, wall, 0)):  # a square is as well told by four places in it
-        height, width = (2 * -(-size // side) for size in wall.camera.shape)
-        wall, side = _wall(camera.resized(width, height), baseline, principle), 2
-    drawn = np.array([_means(_pattern(effect, wall, unit), side) for unit in range(UNITS)])
-    return np.asarray(drawn.T @ drawn / UNITS)
+@lru_cache(maxsize=16)  # recordings have one camera; a menu's cut it into squares of some ten sizes
+def _drawn(effect: Effect, camera: Camera, baseline: float, principle: Principle, side: int) -> Matrix:
+    """(UNITS, cells) means over squares of the image in units of one model, where pixels have a spread of one."""
+    wall, sides = _wall(camera, baseline, principle), (side, side)
+    height, width = (-(-size // side) for size in camera.shape)
+    one = _pattern(effect, wall, 0)
+    if not np.ptp(one, axis=0).any():  # of whole columns: one row tells them
+        wall, sides = _wall(camera.resized(camera.width, height), baseline, principle), (1, side)
+    elif _is_smooth(one):  # a square is as well told by four places in it
+        wall, sides = _wall(camera.resized(2 * width, 2 * height), baseline, principle), (2, 2)
+    return np.array([_means(_pattern(effect, wall, unit), sides) for unit in range(UNITS)])
 
 
 def _is_smooth(image: Image) -> bool:
     return bool(np.diff(image, axis=1).std() < SMOOTH * image.std())
 
 
-def _means(image: Image, side: int) -> Vector:
-    """(cells,) means over squares; those at the right and lower rim may be smaller."""
-    rows, columns = (np.arange(0, size, side) for size in image.shape)
+def _means(image: Image, sides: tuple[int, int]) -> Vector:
+    """(cells,) means over rectangles of so many rows and columns; those at the right and lower rim may be smaller."""
+    rows, columns = (np.arange(0, size, side) for size, side in zip(image.shape, sides, strict=True))
     sums = np.add.reduceat(np.add.reduceat(image, rows, axis=0), columns, axis=1)
     return np.asarray(sums / np.outer(_lengths(rows, image.shape[0]), _lengths(columns, image.shape[1]))).ravel()
 

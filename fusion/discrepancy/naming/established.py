@@ -1,13 +1,11 @@
 """Standing: whether a name stands beside the others, or is only told of as likely."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
-from fusion.discrepancy.decisions import NOTICED
 from fusion.discrepancy.naming.assessment import Step
 from fusion.discrepancy.naming.effect_part import EffectPart
-from fusion.discrepancy.naming.evidence import inflation
 from fusion.discrepancy.naming.heterogeneity import unevenness
 from fusion.discrepancy.naming.refit import PartsFit, refitted
 from fusion.discrepancy.naming.search.step import NextPart
@@ -42,12 +40,6 @@ def is_faint(fit: PartsFit, found: NextPart) -> bool:
     beyond_noise = float(fit.white @ fit.white) - len(fit.white)
     matter_of_form = bool(found.part.size) or beyond_noise <= 0 or found.gain < NEARLY_ALL * beyond_noise
     return found.gain < (max(FAINT_NAME, form) if matter_of_form else form) * most
-
-
-def contradicted(fit: PartsFit, beyond: Mapping[int, float]) -> list[int]:
-    """Parts that make the recordings held back worse by more than chance and more than a tenth of their size does."""
-    chance = NOTICED * inflation(fit.white)
-    return [k for k, gain in beyond.items() if -gain > max(chance, FORM * gain_of(fit.parts[k]))]
 
 
 def weak_of(steps: Sequence[Step]) -> list[Step]:

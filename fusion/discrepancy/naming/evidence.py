@@ -23,7 +23,7 @@ def damping(normal: Matrix, ridge: float) -> float:
 def left_out_gain(
     seen: Matrix, target: Vector, place: NDArray[np.intp], size: float = 0.0, ridge: float = 1e-9
 ) -> float:
-    """Drop of the chi2 in each recording, with weights of columns (n, k) fitted to the others; not in place -1.
+    """Drop of the chi2 in each recording, with weights of columns (n, k) fitted to the others.
 
     Args:
         size: usual one of the weights of a field.
@@ -32,7 +32,7 @@ def left_out_gain(
     total = 0.0
     normal, moment = seen.T @ seen, seen.T @ target
     normal = normal + np.eye(len(normal)) * (size**-2 if size else damping(normal, ridge))
-    for g in np.unique(place[place >= 0]):
+    for g in np.unique(place):
         own, aim = seen[place == g], target[place == g]
         weights = np.linalg.solve(normal - own.T @ own, moment - own.T @ aim)
         total += float(aim @ aim - ((aim - own @ weights) ** 2).sum())

@@ -10,8 +10,7 @@ from fusion.discrepancy.decisions import FALSE_ALARM, SURE
 from fusion.discrepancy.inference.tile_covariance import TileCovariance
 from fusion.discrepancy.naming.assessment import Step, judged, judged_next
 from fusion.discrepancy.naming.effect_part import EffectPart
-from fusion.discrepancy.naming.established import LIKELY, contradicted, gain_of, is_faint, weak_of, without_faint
-from fusion.discrepancy.naming.extrapolation import gains_beyond
+from fusion.discrepancy.naming.established import LIKELY, gain_of, is_faint, weak_of, without_faint
 from fusion.discrepancy.naming.partial_residual import partial_residual
 from fusion.discrepancy.naming.refit import PartsFit, refitted
 from fusion.discrepancy.naming.search.candidates import Candidate, candidate_of
@@ -69,7 +68,7 @@ def name_effects(
     other = rearranged(fit, candidates, MOST_NAMES)
     if other is not fit:
         fit, likely = _grown(other, candidates)
-    fit, fallen = _that_extrapolates(fit)
+    fit, fallen = _within_bounds(fit)
     likely = likely or (judged_next(fit, fallen, candidates) if fallen else None)
     steps = judged(fit, candidates)
     while poorer := _poorer(fit, steps):
@@ -144,22 +143,13 @@ def unconfirmed(named: Named, observations: Observations, white: Vector) -> Name
     return Named((), observations.sensor, observations, white, first)
 
 
-def _that_extrapolates(fit: PartsFit) -> tuple[PartsFit, NextPart | None]:
-    """The fit without parts that make the recordings held back worse, and the last that was taken out.
-
-    Without one part another may be bent to the end of its range: then it goes too.
-    """
+def _within_bounds(fit: PartsFit) -> tuple[PartsFit, NextPart | None]:
+    """The fit without parts that are bent to the end of their range, one by one, and the last that was taken out."""
     fallen: NextPart | None = None
-    while True:
-        beyond = gains_beyond(fit)
-        bad = contradicted(fit, beyond)
-        bad = bad or [k for k, part in enumerate(fit.parts) if part.at_bound(fit.observations)]
-        if not bad:
-            return fit, fallen
-        worst = min(bad, key=lambda k: beyond.get(k, 0.0))
-        part = fit.parts[worst]
-        fallen = NextPart(part, gain_of(part), 0.0, 0.0, FALSE_ALARM)
-        fit = refitted([p for k, p in enumerate(fit.parts) if k != worst], fit.observations, fit.covariance)
+    while bent := [part for part in fit.parts if part.at_bound(fit.observations)]:
+        fallen = NextPart(bent[0], gain_of(bent[0]), 0.0, 0.0, FALSE_ALARM)
+        fit = refitted([part for part in fit.parts if part is not bent[0]], fit.observations, fit.covariance)
+    return fit, fallen
 
 
 def _told_of(fit: PartsFit, found: NextPart | None, candidates: Sequence[Candidate]) -> Step | None:

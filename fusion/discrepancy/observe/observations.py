@@ -215,7 +215,7 @@ def _patch(sensor: Sensor, block: FrameBlock, larger: int) -> Patch:
     with np.errstate(all="ignore"):
         native = view.stretch if view.time_of_flight else -view.focal_baseline / seen.mean**2
     usable = np.isfinite(seen.mean) & np.isfinite(block.mean) & (block.count >= max(1, len(block.frames) - 1))
-    usable &= interior(view) & ~foreign(block.mean, seen.mean)
+    usable &= interior(view) & ~foreign(block.mean, seen.mean, depth)
     return Patch(block, sensor, view, seen.mean, seen.sigma, native, tiling(usable, larger * SIDE_PX), seen.steps)
 
 

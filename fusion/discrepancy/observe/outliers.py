@@ -27,18 +27,19 @@ class OutlyingRecording:
     text: str
 
 
-def foreign(measured: Image, predicted: Image) -> NDArray[np.bool_]:
+def foreign(measured: Image, predicted: Image, depth: Image | None = None) -> NDArray[np.bool_]:
     """(h, w) pixels that see something else than the prediction: far from it in one piece, beside an image that agrees.
 
     Args:
         measured, predicted: (h, w) depth [m], NaN where there is none.
+        depth: (h, w) [m] of what stands there, where it is not what is predicted: a range that wraps is short.
     """
     off = measured - predicted
     seen = np.isfinite(off)
     if not seen.any():
         return seen
     with np.errstate(invalid="ignore"):
-        far = np.abs(off - np.median(off[seen])) > FAR * predicted
+        far = np.abs(off - np.median(off[seen])) > FAR * (predicted if depth is None else depth)
     pieces = binary_opening(far & seen, iterations=2)
     if not pieces.any() or np.count_nonzero(pieces) > MOST * np.count_nonzero(seen):
         return np.zeros(off.shape, bool)
@@ -68,7 +69,7 @@ def outliers_of(observations: "Observations") -> list[OutlyingRecording]:
         name = patch.block.stage.recording.path.name
         if patch.block.passed:
             out[name] = f"somebody or something passes in {patch.block.passed} of its frames; left out of them"
-        where = foreign(patch.block.mean, patch.predicted)
+        where = foreign(patch.block.mean, patch.predicted, patch.depth)
         if where.any():
             off = np.nanmedian((patch.block.mean - patch.predicted)[where])
             share, side = np.mean(where), "before" if off < 0 else "behind"

@@ -38,9 +38,11 @@ def size_of_step(found: Explanation, step: ChannelStep) -> Size:
         return Size(missing_before=lost, missing_after=more)
     effect = step.effect
     assert effect is not None
+    # what the recordings told before any law: its law; else what errs by a spread and repeats, as rounding does
+    law = effect.bias if given.effect(effect.name) is effect else effect.noise
     with np.errstate(all="ignore"):
-        spread = [p.tiles.mean(np.broadcast_to(effect.noise(p.depth, p.view), p.depth.shape)) for p in patches]
-    return _of(np.concatenate(spread))  # rounding errs by this much and repeats
+        parts = [p.tiles.mean(np.broadcast_to(law(p.depth, p.view), p.depth.shape)) for p in patches]
+    return _of(np.abs(np.concatenate(parts)))
 
 
 def _of(metres: Vector) -> Size:
