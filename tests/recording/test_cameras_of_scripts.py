@@ -101,3 +101,24 @@ def test_a_camera_that_lies_beside_the_images_is_named(tmp_path, place):
     with pytest.raises(RecordingError, match=r"640 x 480.*pass --camera .*intrinsics.json if depth is its, or fx,fy"):
         open_recording(tmp_path)
     assert open_recording(tmp_path, tmp_path / "intrinsics.json").camera.fx == 610
+
+
+@pytest.mark.parametrize("name", ["calib.json", "calib.yaml"])
+@pytest.mark.parametrize(
+    "fields",
+    [{"camera_matrix": MATRIX, "dist_coeff": [LENS]}, {"fx": 600, "fy": 601, "cx": 320, "cy": 240, "k1": -0.45}],
+)
+def test_a_file_without_a_size_has_that_of_the_images(tmp_path, name, fields):
+    cv2.imwrite(str(tmp_path / "1.png"), np.full((480, 640), 900, np.uint16))
+    (tmp_path / name).write_text(json.dumps(fields))
+    found = open_recording(tmp_path, tmp_path / name)
+    assert (found.camera.shape, found.camera.fy, found.camera.distortion[0]) == ((480, 640), 601, -0.45)
+    assert np.nanmax(found[0].depth) == pytest.approx(0.9)
+    with pytest.raises(RecordingError, match=r"image_width, image_height .*nothing"):
+        find_camera(tmp_path / name)
+
+
+def test_four_numbers_in_a_file_are_enough_too(tmp_path):
+    cv2.imwrite(str(tmp_path / "1.png"), np.full((480, 640), 900, np.uint16))
+    (tmp_path / "camera.json").write_text(json.dumps({"fx": 600, "fy": 601, "cx": 320, "cy": 240}))
+    assert open_recording(tmp_path, tmp_path / "camera.json").camera.shape == (480, 640)

@@ -19,7 +19,7 @@ from fusion.files.json_file import shown
 from fusion.files.reading import read_text
 from fusion.geometry.camera import Camera
 from fusion.recording.cameras.lens import camera_of_info, made_camera
-from fusion.recording.cameras.named_numbers import KNOWN, camera_of_fields, listed, numbers_of, pair_of
+from fusion.recording.cameras.named_numbers import KNOWN, Size, camera_of_fields, listed, numbers_of, pair_of
 from fusion.recording.native.camera_file import LEAST_SCALE, MOST_SCALE
 
 Array = NDArray[np.float64]
@@ -39,8 +39,8 @@ class _Plain(yaml.SafeLoader):
         return super().compose_node(parent, index)
 
 
-def camera_of_calibration(path: Path) -> Camera:
-    """The camera of a file in YAML, or of OpenCV's in YAML or XML.
+def camera_of_calibration(path: Path, size: Size | None = None) -> Camera:
+    """The camera of a file in YAML, or of OpenCV's in YAML or XML; one with a matrix alone asks for its size.
 
     Raises:
         RecordingError: it cannot be read, holds no camera or several, or one that cannot be used.
@@ -56,7 +56,7 @@ def camera_of_calibration(path: Path) -> Camera:
         return camera_of_info(
             {**info, **{name: numbers_of(info.get(name, ()), path, name) for name in "kdp"}}, str(path)
         )
-    return camera_of_fields(fields, path)
+    return camera_of_fields(fields, path, size)
 
 
 def _of_kalibr(chain: Fields, path: Path) -> Camera:

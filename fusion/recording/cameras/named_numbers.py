@@ -3,7 +3,7 @@
 RealSense's SDK calls the principal point ppx, ppy and its lens coeffs, and states the unit of depth in metres.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -18,6 +18,7 @@ from fusion.recording.native.camera_file import LEAST_SCALE, MOST_SCALE
 
 Array = NDArray[np.float64]
 Fields = Mapping[str, Any]
+Size = Callable[[], tuple[int, int]]  # width, height
 
 # what the same is called by those who write it
 LENGTHS = (("fx", "fl_x"), ("fy", "fl_y"), ("cx", "ppx"), ("cy", "ppy"))
@@ -48,8 +49,11 @@ def is_of_a_script(fields: Fields) -> bool:
     return any(_is_camera(part) for part in (fields, *fields.values()))
 
 
-def camera_of_fields(fields: Fields, where: object) -> Camera:
+def camera_of_fields(fields: Fields, where: object, size: Size | None = None) -> Camera:
     """The camera of such fields, or of the one part that holds them.
+
+    Args:
+        size: asked for width and height of the images where the fields state neither.
 
     Raises:
         RecordingError: they hold no camera or several, or one that cannot be used.
@@ -58,7 +62,9 @@ def camera_of_fields(fields: Fields, where: object) -> Camera:
         fields, where = _only_part(fields, where)
     lengths = _lengths(fields, where)
     sides = [named(fields, names) for names in (WIDTH, HEIGHT)]
-    width, height = pair_of(named(fields, SIZE) if None in sides else sides, where, "image_width, image_height")
+    stated = named(fields, SIZE) if None in sides else sides
+    stated = size() if size is not None and stated is None and sides == [None, None] else stated
+    width, height = pair_of(stated, where, "image_width, image_height")
     lens, model = _lens(fields, where)
     return _scaled(made_camera(width, height, lengths, model, lens, str(where)), fields.get(SCALE), where)
 

@@ -9,7 +9,7 @@ from fusion.files.json_file import read_json
 from fusion.files.schema import one_of
 from fusion.geometry.camera import Camera, Principle
 from fusion.recording.cameras.matrix_files import camera_of_others
-from fusion.recording.cameras.named_numbers import camera_of_fields, is_of_a_script
+from fusion.recording.cameras.named_numbers import Size, camera_of_fields, is_of_a_script
 from fusion.recording.native.camera_file import camera_content, camera_of
 
 _TABLES = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
@@ -61,9 +61,12 @@ def _holds_a_camera(path: Path) -> bool:
         return False
 
 
-def find_camera(camera: Camera | Path | str) -> Camera:
+def find_camera(camera: Camera | Path | str, size: Size | None = None) -> Camera:
     """The camera itself, that of a `camera.json`, of Open3D's `intrinsic.json`, of JSON that scripts write (fx or a
     matrix, ppx or cx), of a YAML file of kalibr, ROS, OpenCV or ORB-SLAM, or of a named preset.
+
+    Args:
+        size: asked for width and height [px] of the images where a file of others states neither.
 
     Raises:
         RecordingError: neither a file nor the name of a preset, or a file that cannot be used.
@@ -81,10 +84,10 @@ def find_camera(camera: Camera | Path | str) -> Camera:
     if Path(camera).suffix.lower() in CALIBRATIONS:
         from fusion.recording.cameras.calibration_files import camera_of_calibration  # PyYAML is loaded for these alone
 
-        return camera_of_calibration(Path(camera))
+        return camera_of_calibration(Path(camera), size)
     fields = read_json(Path(camera), RecordingError, "the camera file")
     if isinstance(fields, dict) and ("intrinsic_matrix" in fields or {"K", "resolution"} <= fields.keys()):
         return camera_of_others(camera_content(fields, camera))
-    if isinstance(fields, dict) and is_of_a_script(fields):
-        return camera_of_fields(fields, camera)
+    if isinstance(fields, dict) and (is_of_a_script(fields) or (size and "width" not in fields)):
+        return camera_of_fields(fields, camera, size)
     return camera_of(camera_content(fields, camera))
