@@ -5,10 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from fusion.discrepancy.observe.frame_block import FrameBlock
-from fusion.discrepancy.wrapping import NEAR
+from fusion.discrepancy.wrapping import NEAR, WRAPS
 from fusion.errors import RecordingError
 from fusion.geometry.camera import Principle
-from fusion.sensor.effects.phase.phase_wrapping import PhaseWrapping
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import LIGHT_SPEED, MODULATIONS_HZ, Image
 
@@ -21,7 +20,7 @@ def refuse_strangers(blocks: Sequence[FrameBlock], sensor: Sensor) -> None:
     Raises:
         RecordingError: half of what is seen lies elsewhere by more than any effect moves it.
     """
-    wraps = sensor.effect(PhaseWrapping.name)
+    wraps = sensor.effect(WRAPS.name)
     for block in blocks:
         if block.view.depth is None:
             continue
@@ -46,7 +45,7 @@ def refuse_strangers(blocks: Sequence[FrameBlock], sensor: Sensor) -> None:
 
 def _or_wrapped(block: FrameBlock, apart: Image, sensor: Sensor) -> str:
     """What to do where ranges are short by the same all over a view, as they are where a phase wraps."""
-    if sensor.principle != Principle.TIME_OF_FLIGHT or sensor.effect(PhaseWrapping.name) is not None:
+    if sensor.principle != Principle.TIME_OF_FLIGHT or sensor.effect(WRAPS.name) is not None:
         return ""
     lost = -(apart * block.view.stretch)[np.isfinite(apart)]
     one = float(np.median(lost))
@@ -54,7 +53,7 @@ def _or_wrapped(block: FrameBlock, apart: Image, sensor: Sensor) -> str:
         return ""
     return (
         f"; where the camera wraps beyond {one:.2f} m, which is the phase of {LIGHT_SPEED / 2e6 / one:.1f} MHz, add "
-        f'{{"effect": "{PhaseWrapping.name}", "range": {one:.3f}}} to the effects of the sensor file, or record walls '
+        f'{{"effect": "{WRAPS.name}", "range": {one:.3f}}} to the effects of the sensor file, or record walls '
         f"on both sides of {one:.2f} m"
     )
 

@@ -5,7 +5,8 @@ which it is a whole number of turns, and of those turns that the range should ha
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,12 +15,15 @@ from fusion.discrepancy.channels.channel_step import ChannelStep
 from fusion.discrepancy.decisions import FALSE_ALARM
 from fusion.discrepancy.observe.frame_block import FrameBlock
 from fusion.geometry.camera import Principle
-from fusion.sensor.effects.phase.phase_wrapping import PhaseWrapping
+from fusion.sensor.effect import Effect
+from fusion.sensor.effects import EFFECTS
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import LIGHT_SPEED, MODULATIONS_HZ
 
 Vector = NDArray[np.float64]
 
+# that takes whole lengths of its `range` off what is farther
+WRAPS = next(kind for kind in EFFECTS if "range" in {field.name for field in fields(kind)})
 NEAR = 0.03  # [m] to whole turns: how far a range that lost them is off for other reasons
 SHORTEST = 0.3  # [m] of a turn, that of 500 MHz: no depth camera's is shorter
 MOST_TURNS = 3  # that a median may have lost, where no modulation is known
@@ -31,7 +35,8 @@ SEEN = 0.01  # of a view's pixels from which on a number of turns counts as seen
 class Wrapping:
     """The longest range that is told apart, and how well that explains ranges that are far too short."""
 
-    effect: PhaseWrapping
+    effect: Effect
+    length: float  # its range [m]
     std: float  # of its range [m]
     share: float  # of the squares of all errors of range that it explains
     gain: float  # these squares less what is left, in units of `NEAR`
@@ -57,7 +62,7 @@ def wrapping_of(blocks: Sequence[FrameBlock], sensor: Sensor) -> Wrapping | None
         blocks: of known scenes.
         sensor: its modulations are tried first; where it has none, those that are usual and any other.
     """
-    held = sensor.effect(PhaseWrapping.name)
+    held = sensor.effect(WRAPS.name)
     if sensor.principle != Principle.TIME_OF_FLIGHT or held is not None:
         return None
     views = [view for block in blocks if len((view := _ranges(block))[0])]
@@ -71,7 +76,7 @@ def wrapping_of(blocks: Sequence[FrameBlock], sensor: Sensor) -> Wrapping | None
 
 def clear_of_turns(blocks: Sequence[FrameBlock], wrapping: Wrapping) -> list[FrameBlock]:
     """The blocks without pixels so near to a whole turn that noise and pose decide on which side they fall."""
-    return [_clear(block, float(wrapping.effect.range)) for block in blocks]
+    return [_clear(block, wrapping.length) for block in blocks]
 
 
 def _clear(block: FrameBlock, length: float) -> FrameBlock:
@@ -126,4 +131,5 @@ def _wrapping(views: Sequence[tuple[Vector, Vector]], length: float, known: bool
     chance = min(1.0, tried * (2 * NEAR / length) ** max(coincidences - (not known), 0))
     if not known and chance > FALSE_ALARM:
         return None  # a pose that is wrong does the same
-    return Wrapping(PhaseWrapping(range=length), std, gone / whole, gone / NEAR**2, chance)
+    wraps: dict[str, Any] = {"range": length}
+    return Wrapping(WRAPS(**wraps), length, std, gone / whole, gone / NEAR**2, chance)

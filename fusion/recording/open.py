@@ -18,7 +18,7 @@ from fusion.recording.cameras.said_camera import are_numbers, said_camera
 from fusion.recording.formats import bop, fakenect, not_read, open3d_folder, seven_scenes, tum
 from fusion.recording.formats.azure import mkv
 from fusion.recording.formats.bags import bag
-from fusion.recording.formats.folders import freenect2, nerfstudio, plain
+from fusion.recording.formats.folders import freenect2, nerfstudio, plain, scannet
 from fusion.recording.formats.phones import polycam, record3d, stray
 from fusion.recording.formats.recorded import klg, oni, sens, xef, xef_depth
 from fusion.recording.images.load_frame import check_frame_size
@@ -33,6 +33,7 @@ FOLDERS: tuple[ModuleType, ...] = (
     bop,
     seven_scenes,
     fakenect,
+    scannet,
     open3d_folder,
     bag,
     nerfstudio,
@@ -147,7 +148,7 @@ def _no_recording_folder(folder: Path) -> RecordingError:
     found = ", ".join(names[:8]) + (f" and {len(names) - 8} more" if len(names) > 8 else "")
     expected = (
         "depth.txt (native, TUM), frame-000000.depth.png (7-Scenes), scene_camera.json (BOP), "
-        "INDEX.txt (fakenect) or depth/ with color/ (Open3D)"
+        "INDEX.txt (fakenect) or depth/ with color/ (Open3D) or pose/ (ScanNet)"
     )
     do = f"open one of the recordings inside: {', '.join(inside[:4])}" if inside else ""
     if others := sorted({entry.suffix for home in (folder, folder / "depth") for entry in _entries(home)} & NOT_READ):

@@ -153,6 +153,19 @@ def test_sizes_that_tell_no_unit_are_said(times):
         assert "--unit" in notes[0] and "differ much" in notes[0]
 
 
+def test_scan_and_reference_may_both_be_in_millimetres():
+    """As other scanners and CAD write them: 100 m and more in no depth camera's metres, less is asked for."""
+    mesh = _object(2)
+    large = replace(mesh, vertices=mesh.vertices * 1000)
+    assert in_metres(large, large)[2] == (0.001, 0.001)
+    for unit, factor in (("mm", 0.001), ("inch", 0.0254)):
+        # a small thing in millimetres, or any in inches, is as large in these as a hall is in metres
+        small = replace(mesh, vertices=mesh.vertices * 0.2 / factor if unit == "mm" else mesh.vertices * 1.5 / factor)
+        *_, factors, notes = in_metres(small, small)
+        assert factors == (1, 1) and "taken as metres" in notes[0] and "--unit" in notes[0]
+        assert in_metres(small, small, unit)[2] == (factor, factor)
+
+
 @pytest.mark.parametrize("part", [0.5, 1.0, 1.8])
 def test_units_are_told_from_a_part_or_with_a_plate(part):
     """The scan shows less than the reference, or has a plate that is larger than the object."""

@@ -83,13 +83,13 @@ OPEN3D = {"width": 6, "height": 4, "intrinsic_matrix": [5.0, 0, 0, 0, 5.0, 0, 3.
 def test_open3d_cameras_are_refused_in_one_line(tmp_path, text, said):
     (tmp_path / "intrinsic.json").write_text(text)
     with pytest.raises(RecordingError, match=said):
-        open3d_folder._camera(tmp_path)
+        open3d_folder.camera_in(tmp_path)
 
 
 def test_open3d_matrices_come_flat_or_in_columns(tmp_path):
     for matrix in (OPEN3D["intrinsic_matrix"], [[5.0, 0, 0], [0, 5.0, 0], [3.0, 2.0, 1]]):
         (tmp_path / "intrinsic.json").write_text(json.dumps(OPEN3D | {"intrinsic_matrix": matrix}))
-        camera = open3d_folder._camera(tmp_path)
+        camera = open3d_folder.camera_in(tmp_path)
         assert (camera.width, camera.fx, camera.cx, camera.cy) == (6, 5.0, 3.0, 2.0)
 
 
@@ -100,7 +100,7 @@ K = [5.0, 0, 3.0, 0, 5.0, 2.0, 0, 0, 1]
 @pytest.mark.parametrize("matrix", [K, [K[:3], K[3:6], K[6:]]])
 def test_a_matrix_with_a_resolution_in_either_order(tmp_path, sides, matrix):
     (tmp_path / "camera_intrinsic.json").write_text(json.dumps({"K": matrix, "resolution": sides}))
-    camera = open3d_folder._camera(tmp_path)
+    camera = open3d_folder.camera_in(tmp_path)
     assert (camera.width, camera.height, camera.fx, camera.cx) == (6, 4, 5.0, 3.0)
     assert find_camera(tmp_path / "camera_intrinsic.json") == camera
 
@@ -116,7 +116,7 @@ def test_a_matrix_with_a_resolution_in_either_order(tmp_path, sides, matrix):
 def test_a_matrix_that_is_no_camera_is_refused_in_one_line(tmp_path, entries, said):
     (tmp_path / "intrinsic.json").write_text(json.dumps(entries))
     with pytest.raises(RecordingError, match=said):
-        open3d_folder._camera(tmp_path)
+        open3d_folder.camera_in(tmp_path)
 
 
 @pytest.mark.parametrize(

@@ -13,6 +13,7 @@ _NAMES = {"m": "metres", "cm": "centimetres", "mm": "millimetres", "inch": "inch
 # Centimetres and inches are 2.5 apart: told only where the other one would need a part or a plate of twice the size
 _RATIOS = {"mm": (320.0, 3200.0), "cm": (80.0, 200.0), "inch": (25.0, 49.0)}
 _SMALL = 0.005  # [m] no object of a depth camera
+_WIDE = 10.0  # [m] a hall, or something small in millimetres
 LARGE = 100.0  # [m] both larger than this: no depth camera's metres
 
 
@@ -41,15 +42,17 @@ def in_metres(
             "without --unit it is told from the sizes",
         )
     notes = []
+    both_mm = unit is None and min(sizes) > LARGE
     for index, (name, larger) in enumerate((("mesh", 1 / ratio), ("reference", ratio))):
         stated = unit is not None and name == "reference"
-        found = None if stated else "mm" if unit is None and min(sizes) > LARGE else _unit(larger)
+        found = None if stated else "mm" if both_mm else _unit(larger)
         if found:
             factors[index] = UNITS[found]
             do = " If that is wrong, name its unit with --unit." if name == "reference" else ""
+            other = "reference" if name == "mesh" else "mesh"
+            beside = "" if both_mm else f", that of the {other} {sizes[1 - index]:.4g}"
             notes.append(
-                f"The {name} looks like {_NAMES[found]}: its size is {sizes[index]:.4g}, that of the "
-                f"{'reference' if name == 'mesh' else 'mesh'} {sizes[1 - index]:.4g}; it was multiplied by "
+                f"The {name} looks like {_NAMES[found]}: its size is {sizes[index]:.4g}{beside}; it was multiplied by "
                 f"{UNITS[found]:g}.{do}"
             )
             sizes[index] *= UNITS[found]
@@ -58,6 +61,11 @@ def in_metres(
         notes.append(
             f"The sizes differ much, {last[0]:.4g} m and {last[1]:.4g} m, and do not tell a unit: check that both "
             f"show the same; if the reference is not in metres, name its unit with --unit ({', '.join(UNITS)})."
+        )
+    elif unit is None and factors == [1.0, 1.0] and min(last) > _WIDE:
+        notes.append(
+            f"Both were taken as metres, {last[0]:.4g} m and {last[1]:.4g} m from end to end; if they are not, name "
+            f"the reference's unit with --unit ({', '.join(UNITS)}): the mesh follows it."
         )
     return times(mesh, factors[0]), times(reference, factors[1]), (factors[0], factors[1]), notes
 

@@ -4,7 +4,7 @@ FileStorage, the settings of ORB-SLAM.
 kalibr: github.com/ethz-asl/kalibr/wiki/yaml-formats; ROS: sensor_msgs/CameraInfo, camera_calibration_parsers.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -19,23 +19,15 @@ from fusion.files.json_file import shown
 from fusion.files.reading import read_text
 from fusion.geometry.camera import Camera
 from fusion.recording.cameras.lens import camera_of_info, made_camera
+from fusion.recording.cameras.named_numbers import KNOWN, Size, camera_of_fields, listed, numbers_of, pair_of
 from fusion.recording.native.camera_file import LEAST_SCALE, MOST_SCALE
 
 Array = NDArray[np.float64]
 Fields = Mapping[str, Any]
 
 OPENCV = ("%YAML:1.0", "!!opencv-", "<opencv_storage")  # what only its files hold
-# what the same is called by those who write it
-MATRIX = ("camera_matrix", "cameraMatrix", "Camera_Matrix", "intrinsic_matrix", "K", "M1", "mtx")
-LENS = (
-    "distortion_coefficients", "distortionCoefficients", "Distortion_Coefficients", "distCoeffs", "dist_coeffs",
-    "dist_coeff", "distortion", "D", "D1", "dist",
-)  # fmt: skip
-WIDTH, HEIGHT = ("image_width", "image_Width", "width"), ("image_height", "image_Height", "height")
-SIZE = ("image_size", "imageSize", "resolution", "size")
 SETTINGS = ("Camera1.", "Camera.")  # ORB-SLAM 3, and before
 SCALES = ("RGBD.DepthMapFactor", "DepthMapFactor")  # counts per metre
-KNOWN = "kalibr's camchain, ROS's CameraInfo, OpenCV's camera_matrix and image_width, or ORB-SLAM's Camera.fx"
 
 
 class _Plain(yaml.SafeLoader):
@@ -47,8 +39,8 @@ class _Plain(yaml.SafeLoader):
         return super().compose_node(parent, index)
 
 
-def camera_of_calibration(path: Path) -> Camera:
-    """The camera of a file in YAML, or of OpenCV's in YAML or XML.
+def camera_of_calibration(path: Path, size: Size | None = None) -> Camera:
+    """The camera of a file in YAML, or of OpenCV's in YAML or XML; one with a matrix alone asks for its size.
 
     Raises:
         RecordingError: it cannot be read, holds no camera or several, or one that cannot be used.
@@ -61,54 +53,42 @@ def camera_of_calibration(path: Path) -> Camera:
         return _of_settings(fields, path)
     info = {str(name).lower(): value for name, value in fields.items()}
     if {"k", "width", "height"} <= info.keys():
-        return camera_of_info({**info, **{name: _numbers(info.get(name, ()), path, name) for name in "kdp"}}, str(path))
-    return _of_matrix(fields, path)
+        return camera_of_info(
+            {**info, **{name: numbers_of(info.get(name, ()), path, name) for name in "kdp"}}, str(path)
+        )
+    return camera_of_fields(fields, path, size)
 
 
 def _of_kalibr(chain: Fields, path: Path) -> Camera:
     if len(chain) > 1:
-        found = ", ".join(f"{name} ({_list(part.get('resolution'))})" for name, part in chain.items())
+        found = ", ".join(f"{name} ({listed(part.get('resolution'))})" for name, part in chain.items())
         do = "keep the part of the camera that made the depth in a file of its own"
         raise RecordingError("the camera file holds several cameras", path, found, "one", do)
     ((name, part),) = chain.items()
     if part.get("camera_model", "pinhole") != "pinhole":
         expected = "pinhole, with radtan or equidistant distortion"
         raise RecordingError("the camera model is not known", f"{path}, {name}", part["camera_model"], expected)
-    lengths = _four(_numbers(part["intrinsics"], path, f"{name}.intrinsics"), path, f"{name}.intrinsics")
-    lens = _numbers(part.get("distortion_coeffs", ()), path, f"{name}.distortion_coeffs")
-    width, height = _pair(part.get("resolution"), path, f"{name}.resolution")
+    lengths = _four(numbers_of(part["intrinsics"], path, f"{name}.intrinsics"), path, f"{name}.intrinsics")
+    lens = numbers_of(part.get("distortion_coeffs", ()), path, f"{name}.distortion_coeffs")
+    width, height = pair_of(part.get("resolution"), path, f"{name}.resolution")
     return made_camera(width, height, lengths, str(part.get("distortion_model", "")), lens, f"{path}, {name}")
 
 
 def _of_settings(fields: Fields, path: Path) -> Camera:
     begin = next(begin for begin in SETTINGS if f"{begin}fx" in fields)
-    values = _numbers([fields.get(begin + name, np.nan) for name in ("fx", "fy", "cx", "cy")], path, begin + "fx")
-    width, height = _pair([fields.get(f"Camera.{side}") for side in ("width", "height")], path, "Camera.width")
+    values = numbers_of([fields.get(begin + name, np.nan) for name in ("fx", "fy", "cx", "cy")], path, begin + "fx")
+    width, height = pair_of([fields.get(f"Camera.{side}") for side in ("width", "height")], path, "Camera.width")
     fish = fields.get("Camera.type") == "KannalaBrandt8"
     model, names = ("equidistant", "k1 k2 k3 k4") if fish else ("plumb_bob", "k1 k2 p1 p2 k3")
     lens = [fields.get(begin + name, 0.0) for name in names.split()]
     camera = made_camera(
-        width, height, _four(values, path, begin), model, _numbers(lens, path, begin + "k1"), str(path)
+        width, height, _four(values, path, begin), model, numbers_of(lens, path, begin + "k1"), str(path)
     )
     scale = next((fields[name] for name in SCALES if name in fields), camera.depth_scale)
-    scale = float(_numbers([scale], path, SCALES[0])[0])
+    scale = float(numbers_of([scale], path, SCALES[0])[0])
     if not LEAST_SCALE <= scale <= MOST_SCALE:
         raise RecordingError("the depth scale cannot be used", path, f"{scale:g}", "counts per metre")
     return replace(camera, depth_scale=scale)
-
-
-def _of_matrix(fields: Fields, path: Path) -> Camera:
-    K = _named(fields, MATRIX)
-    if K is None:
-        raise RecordingError("the file holds no camera that is known", path, shown(list(fields)[:6]), KNOWN)
-    K = _numbers(K, path, "camera_matrix")
-    if K.size != 9:
-        raise RecordingError("the camera matrix cannot be used", path, f"{K.size} numbers", "9, row by row")
-    sides = [_named(fields, names) for names in (WIDTH, HEIGHT)]
-    width, height = _pair(_named(fields, SIZE) if None in sides else sides, path, "image_width, image_height")
-    lens = _numbers(_or_nothing(_named(fields, LENS)), path, "distortion_coefficients")
-    model = fields.get("distortion_model", "")
-    return made_camera(width, height, (K[0], K[4], K[2], K[5]), str(model), lens, str(path))
 
 
 def _read(path: Path) -> Fields:
@@ -148,43 +128,7 @@ def _node(node: cv2.FileNode) -> Any:
     return {} if node.mat() is None else node.mat()
 
 
-def _named(fields: Fields, names: Sequence[str]) -> Any:
-    """What stands under the first of the names that is there, of OpenCV's and ROS's matrices their numbers."""
-    found = next((fields[name] for name in names if fields.get(name) is not None), None)
-    return found["data"] if isinstance(found, Mapping) and "data" in found else found
-
-
-def _or_nothing(value: Any) -> Any:
-    return () if value is None else value
-
-
-def _numbers(value: Any, path: Path, name: str) -> Array:
-    """Finite numbers, in one row."""
-    try:
-        found = np.array(value, float).ravel()  # text as well: YAML takes 1e-05 for one
-    except (TypeError, ValueError, OverflowError):
-        found = np.full(1, np.nan)
-    if not np.isfinite(found).all():
-        raise RecordingError(f"{name} of the camera cannot be used", path, _list(value), "numbers")
-    return found
-
-
 def _four(values: Array, path: Path, name: str) -> tuple[float, float, float, float]:
     if len(values) != 4:
         raise RecordingError(f"{name} of the camera cannot be used", path, f"{len(values)} numbers", "fx, fy, cx, cy")
     return float(values[0]), float(values[1]), float(values[2]), float(values[3])
-
-
-def _pair(value: Any, path: Path, name: str) -> tuple[int, int]:
-    """Width and height."""
-    found = "nothing" if value is None or None in list(np.ravel(value)) else _list(value)
-    sides = np.zeros(0) if found == "nothing" else _numbers(value, path, name)
-    if len(sides) != 2 or (sides != np.round(sides)).any() or (np.abs(sides) > 65535).any():
-        raise RecordingError(
-            f"{name} of the camera cannot be used", path, found, "width and height in pixels", "add it to the file"
-        )
-    return int(sides[0]), int(sides[1])
-
-
-def _list(value: Any) -> str:
-    return shown(np.array(value, dtype=object).ravel().tolist()[:9])

@@ -9,6 +9,7 @@ from fusion.files.json_file import read_json
 from fusion.files.schema import one_of
 from fusion.geometry.camera import Camera, Principle
 from fusion.recording.cameras.matrix_files import camera_of_others
+from fusion.recording.cameras.named_numbers import Size, camera_of_fields, is_of_a_script
 from fusion.recording.native.camera_file import camera_content, camera_of
 
 _TABLES = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
@@ -38,18 +39,34 @@ def _cut(camera: Camera, width: int, height: int, ratio: float) -> Camera:
 
 DATA_SETS, DEVICES = _read("data_sets"), _read("devices")
 PRESETS = DATA_SETS | DEVICES
+LARGEST = 1 << 20  # [B] of a file that is looked into for a camera
 CALIBRATIONS = (".yaml", ".yml", ".xml")  # endings of files by programs that calibrate
 
 
-def say_camera(like: str) -> str:
-    """What to do where a recording states no camera; presets `like` this name come first."""
+def say_camera(like: str, folder: Path | None = None) -> str:
+    """What to do where a recording states no camera: a file that lies in its folder and holds one, or numbers, or a
+    preset, of which those `like` this name come first."""
     numbers = "fx,fy,cx,cy (pixels; a fifth: counts per metre)"
-    return f"pass --camera {numbers}, a camera.json or a preset, " + one_of(list(PRESETS), like)
+    others = f"{numbers}, a camera.json or a preset, " + one_of(list(PRESETS), like)
+    lying = next(filter(_holds_a_camera, sorted(folder.iterdir()) if folder else ()), None)
+    return f"pass --camera {others}" if lying is None else f"pass --camera {lying} if depth is its, or {others}"
 
 
-def find_camera(camera: Camera | Path | str) -> Camera:
-    """The camera itself, that of a `camera.json`, of Open3D's `intrinsic.json`, of a matrix `K`, of a YAML file of
-    kalibr, ROS, OpenCV or ORB-SLAM, or of a named preset.
+def _holds_a_camera(path: Path) -> bool:
+    if path.suffix.lower() not in (".json", *CALIBRATIONS) or path.stat().st_size > LARGEST:
+        return False
+    try:
+        return bool(find_camera(path))
+    except RecordingError:
+        return False
+
+
+def find_camera(camera: Camera | Path | str, size: Size | None = None) -> Camera:
+    """The camera itself, that of a `camera.json`, of Open3D's `intrinsic.json`, of JSON that scripts write (fx or a
+    matrix, ppx or cx), of a YAML file of kalibr, ROS, OpenCV or ORB-SLAM, or of a named preset.
+
+    Args:
+        size: asked for width and height [px] of the images where a file of others states neither.
 
     Raises:
         RecordingError: neither a file nor the name of a preset, or a file that cannot be used.
@@ -67,8 +84,10 @@ def find_camera(camera: Camera | Path | str) -> Camera:
     if Path(camera).suffix.lower() in CALIBRATIONS:
         from fusion.recording.cameras.calibration_files import camera_of_calibration  # PyYAML is loaded for these alone
 
-        return camera_of_calibration(Path(camera))
+        return camera_of_calibration(Path(camera), size)
     fields = read_json(Path(camera), RecordingError, "the camera file")
-    if isinstance(fields, dict) and {"intrinsic_matrix", "K"} & fields.keys():
+    if isinstance(fields, dict) and ("intrinsic_matrix" in fields or {"K", "resolution"} <= fields.keys()):
         return camera_of_others(camera_content(fields, camera))
+    if isinstance(fields, dict) and (is_of_a_script(fields) or (size and "width" not in fields)):
+        return camera_of_fields(fields, camera, size)
     return camera_of(camera_content(fields, camera))

@@ -19,8 +19,8 @@ def said_camera(camera: Camera | Path | str, read: Read, usual_scale: float = 10
     """The camera that is meant; of `fx,fy,cx,cy` [px] the rest is the recording's own, or the size of its images.
 
     Args:
-        camera: a Camera, a `camera.json`, the name of a preset (in the mode of the images' size, or resized), or the
-            four numbers, a fifth for the counts per metre.
+        camera: a Camera, a `camera.json` or a file of others (that may leave the size to the images), the name of a
+            preset (in the mode of the images' size, or resized), or the four numbers, a fifth for the counts per metre.
         read: opens the recording with a camera.
         usual_scale: counts per metre of a format that states none.
 
@@ -29,7 +29,7 @@ def said_camera(camera: Camera | Path | str, read: Read, usual_scale: float = 10
     """
     numbers = _numbers(camera)
     if numbers is None:
-        found = find_camera(camera)
+        found = find_camera(camera, lambda: _size_of_images(read))
         return _of_a_mode(str(camera), read(found)) if str(camera) in PRESETS else found
     fx, fy, cx, cy, *scales = numbers
     if not are_focal(fx, fy) or max(abs(cx), abs(cy)) > 1e6:
@@ -52,6 +52,12 @@ def _of_a_mode(preset: str, recording: Recording) -> Camera:
     fitting = [mode for mode in MODES[preset] if in_proportion(size, (mode.width, mode.height))]
     mode = min(fitting or MODES[preset][:1], key=lambda mode: abs(mode.width - seen.width))
     return mode if not fitting or mode.shape == seen.shape else mode.resized(*size)
+
+
+def _size_of_images(read: Read) -> tuple[int, int]:
+    """Width and height; any camera opens a recording that states none."""
+    opened = _of_images(read(Camera(0, 0, 1.0, 1.0, 0.0, 0.0)))
+    return opened.width, opened.height
 
 
 def _of_images(recording: Recording) -> Camera:

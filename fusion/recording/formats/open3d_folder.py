@@ -1,6 +1,7 @@
 """Open3D's and Redwood's folders: `depth/*.png` (PGM, TIFF), `color/*.jpg`, camera and trajectory optional."""
 
 import re
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
@@ -20,6 +21,7 @@ from fusion.recording.formats.recorded.parts import FRAMES_PER_SECOND, even_or_s
 from fusion.recording.formats.tum import with_color_placed
 from fusion.recording.images.frame_files import FrameFiles
 from fusion.recording.images.load_frame import load_frame
+from fusion.recording.images.read import image_size
 from fusion.recording.native.text_files import data_lines, number
 from fusion.recording.recording import Recording
 
@@ -35,14 +37,14 @@ def recognises(folder: Path) -> bool:
     beside = any((folder / name).is_dir() for name in COLOR_FOLDERS) or any(
         (folder / name).is_file() for name in (*CAMERA_FILES, "trajectory.log")
     )
-    return beside and (folder / "depth").is_dir() and bool(_images(folder, "depth"))
+    return beside and (folder / "depth").is_dir() and bool(images_in(folder, "depth"))
 
 
 def read(folder: Path, camera: Camera | None) -> Recording:
     """The recording in an Open3D or Redwood folder. Raises RecordingError."""
-    depth = _images(folder, "depth")
-    color = next((found for name in COLOR_FOLDERS if (found := _images(folder, name))), [])
-    camera = camera or _camera(folder)
+    depth = images_in(folder, "depth")
+    color = next((found for name in COLOR_FOLDERS if (found := images_in(folder, name))), [])
+    camera = camera or camera_in(folder, depth)
     stamps, warnings = _stamps(depth)
     matched, told = matching(depth, color)
     warnings += told
@@ -59,11 +61,12 @@ def read(folder: Path, camera: Camera | None) -> Recording:
     )
 
 
-def _images(folder: Path, name: str) -> list[str]:
+def images_in(folder: Path, name: str) -> list[str]:
+    """The images in a folder of that name, with it, by the number in their names."""
     if not (folder / name).is_dir():
         return []
     names = [entry.name for entry in (folder / name).iterdir() if entry.suffix.lower() in IMAGES]
-    listed = [f"{name}/{file}" for file in sorted(names, key=lambda file: (_number(file), file))]
+    listed = [f"{name}/{file}" for file in sorted(names, key=lambda file: (number_in(file), file))]
     return all_inside(folder, listed, RecordingError)
 
 
@@ -72,7 +75,7 @@ def matching(depth: list[str], color: list[str]) -> tuple[list[str | None], list
     if len(color) in (0, len(depth)):
         return list(color), []
     count = f"{len(depth)} depth and {len(color)} colour images"
-    for key, how in ((_number, "the number"), (_common, "the words")):
+    for key, how in ((number_in, "the number"), (_common, "the words")):
         known = {key(name): name for name in color}
         found = [known.get(key(name)) for name in depth]
         # a name that stands for two says nothing of either
@@ -86,7 +89,7 @@ def _common(name: str) -> str:
     return re.sub(r"depth|colou?r|rgb|image|[^a-z0-9]", "", Path(name).stem.lower())
 
 
-def _number(name: str) -> int:
+def number_in(name: str) -> int:
     """The frame number in a file name: the first run of digits (Redwood puts the time behind it)."""
     digits = re.search(r"[0-9]+", Path(name).stem)
     return int(digits[0][:18]) if digits else -1
@@ -99,11 +102,13 @@ def _stamps(names: list[str]) -> tuple[NDArray[np.float64], list[str]]:
     return no_stamps(len(names))
 
 
-def _camera(folder: Path) -> Camera:
+def camera_in(folder: Path, depth: Sequence[str] = ()) -> Camera:
+    """The camera beside the images of depth. Raises RecordingError: there is none, or one that cannot be used."""
     path = next((part(folder, name, RecordingError) for name in CAMERA_FILES if (folder / name).is_file()), None)
     if path is None:
-        do = say_camera("primesense")
-        raise RecordingError("the recording has no camera", folder, "no intrinsic.json", "intrinsics", do)
+        size = "depth images of {} x {}, ".format(*image_size(folder / depth[0])) if depth else ""
+        do = say_camera("primesense", folder)
+        raise RecordingError("the recording has no camera", folder, size + "no intrinsic.json", "intrinsics", do)
     return camera_of_others(Content(read_json(path, RecordingError), path, "the camera", RecordingError))
 
 

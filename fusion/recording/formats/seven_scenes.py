@@ -94,9 +94,9 @@ def _poses(folder: Path, stems: list[str | None], stamps: Array) -> Trajectory |
 
 def read_matrix(path: Path) -> Array:
     """The rigid (4, 4) in a text file of four rows; all NaN where tracking was lost. Raises RecordingError."""
-    # lost tracking is written as -1.#IND or nan
+    # lost tracking is written as -1.#IND, nan or -inf
     rows = [(line, text.split()) for line, text in data_lines(path)]
-    if any("#" in value or "nan" in value.lower() for _, row in rows for value in row):
+    if any("#" in value or "nan" in value.lower() or "inf" in value.lower() for _, row in rows for value in row):
         return np.full((4, 4), np.nan)
     values = [[number(value, path, line) for value in row] for line, row in rows]
     T = np.array(values) if len(values) == 4 and all(len(row) == 4 for row in values) else np.zeros(0)

@@ -51,9 +51,9 @@ def read(folder: Path, camera: Camera | None) -> Recording:
         raise RecordingError(
             "the recording has no camera",
             folder,
-            f"{len(names)} depth images alone",
+            f"{len(names)} depth images of {width} x {height} alone",
             "a camera",
-            say_camera("primesense"),
+            say_camera("primesense", folder),
         )
     real = _is_real(first)
     if not camera.width:
