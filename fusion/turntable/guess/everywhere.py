@@ -10,7 +10,7 @@ from fusion.turntable.all_views.together import REACH
 from fusion.turntable.axis import Axis
 from fusion.turntable.guess.labels import Said
 from fusion.turntable.pairs.edges import Edges, ViewStack
-from fusion.turntable.pairs.pairwise import Registered, Twists, ViewPairLimits, coarser, register, twists
+from fusion.turntable.pairs.pairwise import HELD, Registered, Twists, ViewPairLimits, coarser, register, twists
 
 Array = NDArray[np.float64]
 SPACING = np.deg2rad(5.0)
@@ -21,6 +21,7 @@ ASIDE = (0.0, -0.012, 0.012)  # [m] where to start: print guides over some pixel
 FIRST_POINTS = 300
 LOOSE = 0.02  # [m] how far a hand may move the axis from view to view (guess)
 WRONG = 0.5  # misfit that says nothing any more (guess)
+ROUGH = (ViewPairLimits(REACH, most=GRID_POINTS),)
 PRINT = 3.0  # how much more print counts than shape, which repeats: sides of a box, all of a round thing (guess)
 PLAIN = (0.25, 0.6, 0.3)  # neighbours' prints agree by less where there is none, by more where it is rich; least shape
 ROW = 2  # views that follow each other
@@ -97,23 +98,25 @@ def listen(seen: ViewStack, axis: Axis, edges: Edges, largest: float = np.pi) ->
     n = int(np.ceil(largest / SPACING))
     grid = np.arange(-n, n + (largest < np.pi)) * SPACING
     tried = [edge for edge in edges for _ in grid]
-    rough = twists(
-        seen, tried, axis.turns(np.tile(grid, len(edges))), axis.point, ViewPairLimits(REACH, -1.0, most=GRID_POINTS)
-    )
-    good = _fitting(rough, np.minimum(_points(seen, tried), GRID_POINTS))
-    good = (good * (1 + np.clip(rough.alike, 0, 1))).reshape(len(edges), len(grid))
+    turned = axis.turns(np.tile(grid, len(edges)))
+    rough = register(seen, tried, axis, turned, ROUGH, LOOSE, 2, HELD)
+    good = _fitting(rough.at, np.minimum(_points(seen, tried), GRID_POINTS))
+    good = (good * (1 + np.clip(rough.at.alike, 0, 1))).reshape(len(edges), len(grid))
     chosen, which = _peaks(good, largest >= np.pi)
     some = [edges[k] for k in chosen]
     soft = coarser(seen)
     sideways = np.cross(axis.direction, axis.point)  # along the surface that is seen: there shape slides
     aside = np.multiply.outer(ASIDE, sideways / np.linalg.norm(sideways))
-    poses = np.repeat(axis.turns(grid[which])[None], len(ASIDE), axis=0)
+    poses = np.repeat(rough.poses[chosen * len(grid) + which][None], len(ASIDE), axis=0)
     poses[..., :3, 3] += aside[:, None]
     passes = (ViewPairLimits(REACH, most=FIRST_POINTS), ViewPairLimits(REACH / 2, 0.0, 2 * TONE, FIRST_POINTS))
-    first = register(soft, some * len(ASIDE), axis, poses.reshape(-1, 4, 4), passes, LOOSE)
-    good = _fitting(first.at, np.minimum(_points(seen, some * len(ASIDE)), FIRST_POINTS))
-    good = (good * (1 + PRINT * np.clip(first.at.alike, 0, 1))).reshape(len(ASIDE), -1)
-    best = first.poses.reshape(len(ASIDE), -1, 4, 4)[good.argmax(axis=0), np.arange(len(some))]
+    first = register(soft, some * len(ASIDE), axis, poses.reshape(-1, 4, 4), passes, LOOSE).poses
+    first = np.concatenate([first, rough.poses[chosen * len(grid) + which]])
+    many = some * (len(ASIDE) + 1)
+    at = twists(seen, many, first, axis.point, passes[-1])
+    good = _fitting(at, np.minimum(_points(seen, many), FIRST_POINTS))
+    good = (good * (1 + PRINT * np.clip(at.alike, 0, 1))).reshape(-1, len(some))
+    best = first.reshape(-1, len(some), 4, 4)[good.argmax(axis=0), np.arange(len(some))]
     passes = (ViewPairLimits(REACH / 2, 0.0, TONE), ViewPairLimits(REACH / 3, 1.5, TONE))
     found = register(seen, some, axis, best, passes, LOOSE)
     return Heard(some, found, _fitting(found.at, np.minimum(_points(seen, some), passes[-1].most)))
