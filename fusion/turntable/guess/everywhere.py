@@ -17,17 +17,17 @@ SPACING = np.deg2rad(5.0)
 KEPT = 4  # turns of a pair that are looked at closer
 APART = 4  # cells between them
 GRID_POINTS = 250
-ASIDE = (0.0, -0.012, 0.012)  # [m] where to start: print guides over some pixels only, whatever the size (guess)
 FIRST_POINTS = 300
+ROUGH = (ViewPairLimits(REACH, most=GRID_POINTS),)
 LOOSE = 0.02  # [m] how far a hand may move the axis from view to view (guess)
 WRONG = 0.5  # misfit that says nothing any more (guess)
-ROUGH = (ViewPairLimits(REACH, most=GRID_POINTS),)
 PRINT = 3.0  # how much more print counts than shape, which repeats: sides of a box, all of a round thing (guess)
 PLAIN = (0.25, 0.6, 0.3)  # neighbours' prints agree by less where there is none, by more where it is rich; least shape
 ROW = 2  # views that follow each other
 STEP = np.deg2rad(90)  # between them: smaller ones are likelier (guess)
 ALIKE = 0.5  # second best over best turn from which a match of distant views tells nothing (guess)
 TONE = 0.12  # spread of the contrasts' differences at the right place, about (guess)
+GUIDED = (ViewPairLimits(REACH, most=FIRST_POINTS), ViewPairLimits(REACH / 2, 0.0, 2 * TONE, FIRST_POINTS))
 
 
 @dataclass(frozen=True)
@@ -99,27 +99,26 @@ def listen(seen: ViewStack, axis: Axis, edges: Edges, largest: float = np.pi) ->
     grid = np.arange(-n, n + (largest < np.pi)) * SPACING
     tried = [edge for edge in edges for _ in grid]
     turned = axis.turns(np.tile(grid, len(edges)))
+    # a hand, or an axis beside the true one, leaves them apart: print would meet print only by chance
     rough = register(seen, tried, axis, turned, ROUGH, LOOSE, 2, HELD)
     good = _fitting(rough.at, np.minimum(_points(seen, tried), GRID_POINTS))
     good = (good * (1 + np.clip(rough.at.alike, 0, 1))).reshape(len(edges), len(grid))
     chosen, which = _peaks(good, largest >= np.pi)
     some = [edges[k] for k in chosen]
-    soft = coarser(seen)
-    sideways = np.cross(axis.direction, axis.point)  # along the surface that is seen: there shape slides
-    aside = np.multiply.outer(ASIDE, sideways / np.linalg.norm(sideways))
-    poses = np.repeat(rough.poses[chosen * len(grid) + which][None], len(ASIDE), axis=0)
-    poses[..., :3, 3] += aside[:, None]
-    passes = (ViewPairLimits(REACH, most=FIRST_POINTS), ViewPairLimits(REACH / 2, 0.0, 2 * TONE, FIRST_POINTS))
-    first = register(soft, some * len(ASIDE), axis, poses.reshape(-1, 4, 4), passes, LOOSE).poses
-    first = np.concatenate([first, rough.poses[chosen * len(grid) + which]])
-    many = some * (len(ASIDE) + 1)
-    at = twists(seen, many, first, axis.point, passes[-1])
-    good = _fitting(at, np.minimum(_points(seen, many), FIRST_POINTS))
-    good = (good * (1 + PRINT * np.clip(at.alike, 0, 1))).reshape(-1, len(some))
-    best = first.reshape(-1, len(some), 4, 4)[good.argmax(axis=0), np.arange(len(some))]
+    best = _guided(seen, some, axis, rough.poses[chosen * len(grid) + which])
     passes = (ViewPairLimits(REACH / 2, 0.0, TONE), ViewPairLimits(REACH / 3, 1.5, TONE))
     found = register(seen, some, axis, best, passes, LOOSE)
     return Heard(some, found, _fitting(found.at, np.minimum(_points(seen, some), passes[-1].most)))
+
+
+def _guided(seen: ViewStack, edges: Edges, axis: Axis, met: Array) -> Array:
+    """Motions (m, 4, 4) of m pairs: as shape brought them together, `met`, or as blurred print guides from there,
+    whichever fits better; of small things the blur leaves no print, of large ones it reaches farther."""
+    guided = register(coarser(seen), edges, axis, met, GUIDED, LOOSE).poses
+    at = twists(seen, edges * 2, np.concatenate([met, guided]), axis.point, GUIDED[-1])
+    good = _fitting(at, np.minimum(_points(seen, edges * 2), FIRST_POINTS)) * (1 + PRINT * np.clip(at.alike, 0, 1))
+    own, its = good.reshape(2, -1)
+    return np.where((own > its)[:, None, None], met, guided)
 
 
 def _points(seen: ViewStack, edges: Edges) -> Array:
