@@ -80,7 +80,7 @@ def decided(seen: ViewStack, state: State, edges: Edges, told: PairMotions = NOT
 
 def printed(seen: ViewStack, near: tuple[State, State], edges: Edges, told: PairMotions = NOTHING) -> Alone:
     """The fit about one axis, by the stated camera, of what print holds; `near`: before, and where shifts are free."""
-    stated = fit_jointly(seen, replace(near[0], focal=0.0), edges, JOINT, Free(FIXED), told=told)
+    stated = fit_jointly(seen, replace(near[0], focal=0.0), edges, COARSE, Free(FIXED), TO_ITS_END, told)
     return Alone(stated.state, stated, _of_any_lens(seen, near[1], edges, told), told=told)
 
 
