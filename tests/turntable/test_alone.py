@@ -167,18 +167,21 @@ def test_print_holds_a_ball_that_shape_lets_slip():
     assert found.lens is not None and not found.wanders
 
 
-@pytest.mark.parametrize("color", [True, False], ids=["print", "none"])
-def test_print_holds_a_ball_of_which_a_log_tells_the_turns(color):
-    """Shape tells of its axis as little as of its turn."""
+@pytest.mark.parametrize(
+    ("color", "lean"), [(True, 0.005), (True, 0.4), (False, 0.0)], ids=["print", "print from afar", "none"]
+)
+def test_print_holds_a_ball_of_which_a_log_tells_the_turns(color, lean):
+    """Shape tells of its axis as little as of its turn, and may find one that leans by 20 degrees."""
     random, turns = np.random.default_rng(6), np.deg2rad(20.0) * np.arange(18)
     views = [ball(turn, random) for turn in turns]
     views = views if color else [v.plain() for v in views]
     T = pose.inverse(T_WORLD_CAMERA)
-    axis = Axis(T[:3, 3], T[:3, 2])
-    found = held_through(views, Turns(axis.moved(np.array([0.005, 0.0, 0.002, -0.002])), turns))
+    axis = Axis(T[:3, 3] + 0.06 * T[:3, 2], T[:3, 2])  # through the ball's middle
+    found = held_through(views, Turns(axis.moved(np.array([lean, 0.0, 0.002, -0.002])), turns))
     assert (found is not None) == color
     if found is not None:
         assert axis.distance(found.state.axis.nearest_to(T[:3, 3]).point[None])[0][0] < 0.0005
+        assert np.rad2deg(np.arccos(found.state.axis.direction @ axis.direction)) < 0.3  # a pixel is 2
         assert np.rad2deg(np.std(found.state.angles - turns)) < 0.5
 
 
