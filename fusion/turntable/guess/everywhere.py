@@ -17,6 +17,7 @@ SPACING = np.deg2rad(5.0)
 KEPT = 4  # turns of a pair that are looked at closer
 APART = 4  # cells between them
 GRID_POINTS = 250
+ASIDE = (0.0, -0.012, 0.012)  # [m] where to start: print guides over some pixels only, whatever the size (guess)
 FIRST_POINTS = 300
 ROUGH = (ViewPairLimits(REACH, most=GRID_POINTS),)
 LOOSE = 0.02  # [m] how far a hand may move the axis from view to view (guess)
@@ -112,13 +113,17 @@ def listen(seen: ViewStack, axis: Axis, edges: Edges, largest: float = np.pi) ->
 
 
 def _guided(seen: ViewStack, edges: Edges, axis: Axis, met: Array) -> Array:
-    """Motions (m, 4, 4) of m pairs: as shape brought them together, `met`, or as blurred print guides from there,
-    whichever fits better; of small things the blur leaves no print, of large ones it reaches farther."""
-    guided = register(coarser(seen), edges, axis, met, GUIDED, LOOSE).poses
-    at = twists(seen, edges * 2, np.concatenate([met, guided]), axis.point, GUIDED[-1])
-    good = _fitting(at, np.minimum(_points(seen, edges * 2), FIRST_POINTS)) * (1 + PRINT * np.clip(at.alike, 0, 1))
-    own, its = good.reshape(2, -1)
-    return np.where((own > its)[:, None, None], met, guided)
+    """Motions (m, 4, 4) of m pairs: as shape brought them together, `met`, or as blurred print guides from there and
+    from beside it, whichever fits best; of small things the blur leaves no print, of large ones it reaches farther."""
+    sideways = np.cross(axis.direction, axis.point)  # along the surface that is seen: there shape slides
+    beside = np.repeat(met[None], len(ASIDE), axis=0)
+    beside[..., :3, 3] += np.multiply.outer(ASIDE, sideways / np.linalg.norm(sideways))[:, None]
+    guided = register(coarser(seen), edges * len(ASIDE), axis, beside.reshape(-1, 4, 4), GUIDED, LOOSE).poses
+    ways, many = np.concatenate([met, guided]), edges * (1 + len(ASIDE))
+    at = twists(seen, many, ways, axis.point, GUIDED[-1])
+    good = _fitting(at, np.minimum(_points(seen, many), FIRST_POINTS)) * (1 + PRINT * np.clip(at.alike, 0, 1))
+    best = good.reshape(1 + len(ASIDE), -1).argmax(axis=0)
+    return np.asarray(ways.reshape(1 + len(ASIDE), -1, 4, 4)[best, np.arange(len(edges))])
 
 
 def _points(seen: ViewStack, edges: Edges) -> Array:
