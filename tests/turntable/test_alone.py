@@ -14,8 +14,9 @@ from fusion.simulation.demo.demo import looking_at
 from fusion.turntable.all_views.joint import State
 from fusion.turntable.axis import Axis, Turns
 from fusion.turntable.guess.alone import find_alone, found_again, held_through
-from fusion.turntable.guess.everywhere import Heard
+from fusion.turntable.guess.everywhere import Heard, listen
 from fusion.turntable.motion import estimate_motion
+from fusion.turntable.pairs.edges import stack, thinned_view
 from fusion.turntable.table.foot import plate_among
 from fusion.turntable.views import Region, view
 
@@ -49,10 +50,12 @@ def seen(turn, shift, random, color, noise=0.0006):
     return view(surface, shown, image if color else None)
 
 
-def ball(turn, random, off=0.0):
-    """One view of a printed ball of 60 mm before the same camera; it turns about its own middle, or so far off it."""
-    T_turned_ball = pose.pose(np.eye(3), [off, 0, 0.06])
-    T = pose.inverse(pose.about_axis([0, 0, 0], [0, 0, 1], turn) @ T_turned_ball) @ T_WORLD_CAMERA
+def ball(turn, random, off=0.0, shift=(0, 0)):
+    """One view of a printed ball of 60 mm before the same camera; it turns about its own middle, or so far off it, and
+    is moved by a shift (2,) on the table [m]."""
+    T_world_ball = pose.about_axis([0, 0, 0], [0, 0, 1], turn) @ pose.pose(np.eye(3), [off, 0, 0.06])
+    T_world_ball[:2, 3] += shift
+    T = pose.inverse(T_world_ball) @ T_WORLD_CAMERA
     rays = np.concatenate([CAMERA.rays(), np.ones((*CAMERA.shape, 1))], axis=-1) @ T[:3, :3].T
     a, b = (rays**2).sum(axis=-1), rays @ T[:3, 3]
     with np.errstate(invalid="ignore"):
@@ -141,6 +144,31 @@ def test_neighbours_are_those_among_the_views_that_are_compared(step):
     assert (heard.said(1.0).worth[near] > 1).all()
 
 
+def test_print_tells_the_turn_of_a_ball_that_a_hand_moved():
+    """Turned about the axis alone its views would miss each other by many pixels of print, at every turn."""
+    random, T = np.random.default_rng(3), pose.inverse(T_WORLD_CAMERA)
+    turns = np.concatenate([[0.0], np.cumsum(np.deg2rad(UNEVEN))])
+    views = [ball(turn, random, 0.01, random.normal(0, 0.006, 2)) for turn in turns]
+    edges = [(k, k + 1) for k in range(len(UNEVEN))]
+    heard = listen(stack([thinned_view(v, 800) for v in views]), Axis(T[:3, 3], T[:3, 2]), edges)
+    worth, pair = heard.worth(heard.printed()), np.array(heard.edges)[:, 0]
+    best = [int(np.flatnonzero(pair == k)[np.argmax(worth[pair == k])]) for k in range(len(UNEVEN))]
+    # the nearest neighbour of a candidate is 20 degrees off, a pixel on the ball 2
+    assert np.abs(np.rad2deg(heard.found.turns[best]) - UNEVEN).max() < 2.0
+
+
+def test_distant_views_count_by_how_clear_their_own_match_is():
+    """Two steps too large for print to tell split the views in two; distant ones join them, where print is clear."""
+    edges = [(a, b) for a in range(6) for b in range(a + 1, 6) for _ in range(2)]  # two candidates each
+    clear = [edge == (0, 5) for edge in edges]
+    alike = np.where(clear, np.tile([0.9, 0.1], 15), 0.3)
+    at = SimpleNamespace(alike=alike)
+    heard = Heard(edges, SimpleNamespace(turns=np.tile([0.3, 2.0], 15), at=at), np.full(len(edges), 0.9))
+    worth = heard.said(1.0).worth
+    distant = np.array([heard.apart(edge) > 2 for edge in edges])
+    assert worth[clear].max() > 1 and not worth[distant & ~np.array(clear)].any()
+
+
 @pytest.mark.slow
 def test_print_holds_a_ball_that_shape_lets_slip():
     random, steps = np.random.default_rng(5), [15, 22, 12, 18, 25, 14, 20, 16, 24, 19]
@@ -151,18 +179,21 @@ def test_print_holds_a_ball_that_shape_lets_slip():
     assert found.lens is not None and not found.wanders
 
 
-@pytest.mark.parametrize("color", [True, False], ids=["print", "none"])
-def test_print_holds_a_ball_of_which_a_log_tells_the_turns(color):
-    """Shape tells of its axis as little as of its turn."""
+@pytest.mark.parametrize(
+    ("color", "lean"), [(True, 0.005), (True, 0.4), (False, 0.0)], ids=["print", "print from afar", "none"]
+)
+def test_print_holds_a_ball_of_which_a_log_tells_the_turns(color, lean):
+    """Shape tells of its axis as little as of its turn, and may find one that leans by 20 degrees."""
     random, turns = np.random.default_rng(6), np.deg2rad(20.0) * np.arange(18)
     views = [ball(turn, random) for turn in turns]
     views = views if color else [v.plain() for v in views]
     T = pose.inverse(T_WORLD_CAMERA)
-    axis = Axis(T[:3, 3], T[:3, 2])
-    found = held_through(views, Turns(axis.moved(np.array([0.005, 0.0, 0.002, -0.002])), turns))
+    axis = Axis(T[:3, 3] + 0.06 * T[:3, 2], T[:3, 2])  # through the ball's middle
+    found = held_through(views, Turns(axis.moved(np.array([lean, 0.0, 0.002, -0.002])), turns))
     assert (found is not None) == color
     if found is not None:
         assert axis.distance(found.state.axis.nearest_to(T[:3, 3]).point[None])[0][0] < 0.0005
+        assert np.rad2deg(np.arccos(found.state.axis.direction @ axis.direction)) < 0.3  # a pixel is 2
         assert np.rad2deg(np.std(found.state.angles - turns)) < 0.5
 
 

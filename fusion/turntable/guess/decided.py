@@ -79,8 +79,11 @@ def decided(seen: ViewStack, state: State, edges: Edges, told: PairMotions = NOT
 
 
 def printed(seen: ViewStack, near: tuple[State, State], edges: Edges, told: PairMotions = NOTHING) -> Alone:
-    """The fit about one axis, by the stated camera, of what print holds; `near`: before, and where shifts are free."""
-    stated = fit_jointly(seen, replace(near[0], focal=0.0), edges, JOINT, Free(FIXED), told=told)
+    """The fit about one axis, by the stated camera, of what print holds; `near`: before, and where shifts are free.
+
+    Shape may have laid the axis anywhere through the middle of a ball: print brings it back from 20 degrees.
+    """
+    stated = fit_jointly(seen, replace(near[0], focal=0.0), edges, COARSE, Free(FIXED), TO_ITS_END, told)
     return Alone(stated.state, stated, _of_any_lens(seen, near[1], edges, told), told=told)
 
 

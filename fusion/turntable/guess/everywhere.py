@@ -10,7 +10,7 @@ from fusion.turntable.all_views.together import REACH
 from fusion.turntable.axis import Axis
 from fusion.turntable.guess.labels import Said
 from fusion.turntable.pairs.edges import Edges, ViewStack
-from fusion.turntable.pairs.pairwise import Registered, Twists, ViewPairLimits, coarser, register, twists
+from fusion.turntable.pairs.pairwise import HELD, Registered, Twists, ViewPairLimits, coarser, register, twists
 
 Array = NDArray[np.float64]
 SPACING = np.deg2rad(5.0)
@@ -19,14 +19,16 @@ APART = 4  # cells between them
 GRID_POINTS = 250
 ASIDE = (0.0, -0.012, 0.012)  # [m] where to start: print guides over some pixels only, whatever the size (guess)
 FIRST_POINTS = 300
+ROUGH = (ViewPairLimits(REACH, most=GRID_POINTS),)
 LOOSE = 0.02  # [m] how far a hand may move the axis from view to view (guess)
 WRONG = 0.5  # misfit that says nothing any more (guess)
 PRINT = 3.0  # how much more print counts than shape, which repeats: sides of a box, all of a round thing (guess)
 PLAIN = (0.25, 0.6, 0.3)  # neighbours' prints agree by less where there is none, by more where it is rich; least shape
 ROW = 2  # views that follow each other
 STEP = np.deg2rad(90)  # between them: smaller ones are likelier (guess)
-ALIKE = 0.5  # second best over best turn from which a match of distant views tells nothing (guess)
+ALIKE = 0.5  # second best over best turn of distant views from which their match tells nothing (guess)
 TONE = 0.12  # spread of the contrasts' differences at the right place, about (guess)
+GUIDED = (ViewPairLimits(REACH, most=FIRST_POINTS), ViewPairLimits(REACH / 2, 0.0, 2 * TONE, FIRST_POINTS))
 
 
 @dataclass(frozen=True)
@@ -66,23 +68,24 @@ class Heard:
         """
         worth, pairs = self.worth(printed), np.array(self.edges, np.intp).reshape(-1, 2)
         near = np.array([self.apart(pair) <= ROW for pair in self.edges], bool)
-        told = float(np.clip(1 - self.ambiguity(worth) / ALIKE, 0, 1)) ** 2
-        told *= min(1.0, near.sum() / max((~near).sum(), 1))  # there are many of them, and they err together
+        told = np.clip(1 - self.ambiguity(worth) / ALIKE, 0, 1) ** 2
+        # there are many of them, and by shape they err together
+        told *= min(1.0, near.sum() / max((~near).sum(), 1)) ** (1 - printed)
         worth = worth * np.where(near, np.exp(-np.abs(self.found.turns) / STEP), told)
         return Said(pairs, self.found.turns, worth)
 
-    def ambiguity(self, worth: Array) -> float:
-        """How good the second best turn of neighbours is, over the best one, 0 to 1 (mean)."""
-        best: dict[tuple[int, int], list[tuple[float, float]]] = {}
-        for edge, turn, value in zip(self.edges, self.found.turns, worth, strict=True):
-            best.setdefault(edge, []).append((float(value), float(turn)))
-        ratios = []
-        for (i, j), lines in best.items():
-            first, at = max(lines)
-            if self.apart((i, j)) <= ROW and first > 0:
-                off = [(value, (turn - at + np.pi) % (2 * np.pi) - np.pi) for value, turn in lines]
-                ratios.append(max((v for v, o in off if abs(o) > np.deg2rad(25)), default=0.0) / first)
-        return float(np.mean(ratios)) if ratios else 0.0
+    def ambiguity(self, worth: Array) -> Array:
+        """(m,) how good the second best turn of each candidate's pair is, over the best one, 0 to 1."""
+        lines: dict[tuple[int, int], list[int]] = {}
+        for k, edge in enumerate(self.edges):
+            lines.setdefault(edge, []).append(k)
+        ratios = np.zeros(len(self.edges))
+        for mine in lines.values():
+            first = mine[int(np.argmax(worth[mine]))]
+            off = (self.found.turns[mine] - self.found.turns[first] + np.pi) % (2 * np.pi) - np.pi
+            second = float(np.max(worth[mine], where=np.abs(off) > np.deg2rad(25), initial=0.0))
+            ratios[mine] = second / worth[first] if worth[first] > 0 else 0.0
+        return ratios
 
 
 def listen(seen: ViewStack, axis: Axis, edges: Edges, largest: float = np.pi) -> Heard:
@@ -97,26 +100,31 @@ def listen(seen: ViewStack, axis: Axis, edges: Edges, largest: float = np.pi) ->
     n = int(np.ceil(largest / SPACING))
     grid = np.arange(-n, n + (largest < np.pi)) * SPACING
     tried = [edge for edge in edges for _ in grid]
-    rough = twists(
-        seen, tried, axis.turns(np.tile(grid, len(edges))), axis.point, ViewPairLimits(REACH, -1.0, most=GRID_POINTS)
-    )
-    good = _fitting(rough, np.minimum(_points(seen, tried), GRID_POINTS))
-    good = (good * (1 + np.clip(rough.alike, 0, 1))).reshape(len(edges), len(grid))
+    turned = axis.turns(np.tile(grid, len(edges)))
+    # a hand, or an axis beside the true one, leaves them apart: print would meet print only by chance
+    rough = register(seen, tried, axis, turned, ROUGH, LOOSE, 2, HELD)
+    good = _fitting(rough.at, np.minimum(_points(seen, tried), GRID_POINTS))
+    good = (good * (1 + np.clip(rough.at.alike, 0, 1))).reshape(len(edges), len(grid))
     chosen, which = _peaks(good, largest >= np.pi)
     some = [edges[k] for k in chosen]
-    soft = coarser(seen)
-    sideways = np.cross(axis.direction, axis.point)  # along the surface that is seen: there shape slides
-    aside = np.multiply.outer(ASIDE, sideways / np.linalg.norm(sideways))
-    poses = np.repeat(axis.turns(grid[which])[None], len(ASIDE), axis=0)
-    poses[..., :3, 3] += aside[:, None]
-    passes = (ViewPairLimits(REACH, most=FIRST_POINTS), ViewPairLimits(REACH / 2, 0.0, 2 * TONE, FIRST_POINTS))
-    first = register(soft, some * len(ASIDE), axis, poses.reshape(-1, 4, 4), passes, LOOSE)
-    good = _fitting(first.at, np.minimum(_points(seen, some * len(ASIDE)), FIRST_POINTS))
-    good = (good * (1 + PRINT * np.clip(first.at.alike, 0, 1))).reshape(len(ASIDE), -1)
-    best = first.poses.reshape(len(ASIDE), -1, 4, 4)[good.argmax(axis=0), np.arange(len(some))]
+    best = _guided(seen, some, axis, rough.poses[chosen * len(grid) + which])
     passes = (ViewPairLimits(REACH / 2, 0.0, TONE), ViewPairLimits(REACH / 3, 1.5, TONE))
     found = register(seen, some, axis, best, passes, LOOSE)
     return Heard(some, found, _fitting(found.at, np.minimum(_points(seen, some), passes[-1].most)))
+
+
+def _guided(seen: ViewStack, edges: Edges, axis: Axis, met: Array) -> Array:
+    """Motions (m, 4, 4) of m pairs: as shape brought them together, `met`, or as blurred print guides from there and
+    from beside it, whichever fits best; of small things the blur leaves no print, of large ones it reaches farther."""
+    sideways = np.cross(axis.direction, axis.point)  # along the surface that is seen: there shape slides
+    beside = np.repeat(met[None], len(ASIDE), axis=0)
+    beside[..., :3, 3] += np.multiply.outer(ASIDE, sideways / np.linalg.norm(sideways))[:, None]
+    guided = register(coarser(seen), edges * len(ASIDE), axis, beside.reshape(-1, 4, 4), GUIDED, LOOSE).poses
+    ways, many = np.concatenate([met, guided]), edges * (1 + len(ASIDE))
+    at = twists(seen, many, ways, axis.point, GUIDED[-1])
+    good = _fitting(at, np.minimum(_points(seen, many), FIRST_POINTS)) * (1 + PRINT * np.clip(at.alike, 0, 1))
+    best = good.reshape(1 + len(ASIDE), -1).argmax(axis=0)
+    return np.asarray(ways.reshape(1 + len(ASIDE), -1, 4, 4)[best, np.arange(len(edges))])
 
 
 def _points(seen: ViewStack, edges: Edges) -> Array:

@@ -13,6 +13,7 @@ from fusion.turntable.pairs.edges import Edges, ViewStack
 Array = NDArray[np.float64]
 LEAST_COSINE = 0.6  # between the normals of a pair
 TONE = 0.15  # spread of contrasts at a wrong place is about this and more, at the right place a third (guess)
+HELD = 1e-6  # [rad] a turn that stays
 _LOWER = np.array([[max(a, b) * (max(a, b) + 1) // 2 + min(a, b) for b in range(7)] for a in range(7)])
 
 
@@ -103,6 +104,7 @@ def register(
     passes: tuple[ViewPairLimits, ...],
     loose: float,
     iterations: int = 4,
+    turn: float = 1.0,
 ) -> Registered:
     """Refine the motions of m pairs, each about the axis' direction and across it.
 
@@ -114,6 +116,7 @@ def register(
         passes: one after the other.
         loose: standard deviation of where the axis is [m]: a hand moves it from view to view.
         iterations: in each pass.
+        turn: standard deviation of a step's turn [rad]; `HELD` leaves the turns as they are.
     """
     poses = np.array(start, float)
     J = np.zeros((6, 3))
@@ -130,7 +133,7 @@ def register(
             H[:, 1, 1] += 1 / loose**2
             H[:, 2, 2] += 1 / loose**2
             g[:, 1:] += shift / loose**2
-            H[:, 0, 0] += 1.0
+            H[:, 0, 0] += 1 / turn**2
             step = -np.linalg.solve(H, g[..., None])[..., 0]
             step *= np.minimum(1.0, 0.15 / np.maximum(np.abs(step[:, :1]), 1e-9))
             step[:, 1:] = np.clip(step[:, 1:], -limits.reach / 2, limits.reach / 2)
