@@ -20,7 +20,7 @@ _ROUGH = 0.1  # of the reference's size still counts as near (guesses)
 _ALSO = 24  # of those turned about the reference's box
 _KEPT = 8  # guesses that come to the final choice
 _TRIAL = 250  # points a guess is tried with
-_ALIKE = np.deg2rad(5)
+ALIKE = np.deg2rad(5)  # less apart, two poses are one
 NEAR = 0.03  # of the reference's size: what lies on each other after a coarse alignment (guess)
 
 
@@ -67,7 +67,7 @@ def guesses(mesh: CoarseSurface, reference: CoarseSurface) -> list[Similarity]:
     tried = sorted(tried, key=rated)
     kept: list[Similarity] = []
     for guess in tried:
-        if all(_apart(guess, other) > _ALIKE for other in kept):
+        if all(apart(guess, other) > ALIKE for other in kept):
             kept.append(guess)
         if len(kept) == _KEPT:
             break
@@ -104,7 +104,8 @@ def _turned(found: Array, reference: CoarseSurface) -> Iterator[Array]:
     """A rotation that was found, turned about the reference's own box: poses that look alike mostly differ so."""
     import open3d
 
-    cloud = open3d.geometry.PointCloud(open3d.utility.Vector3dVector(reference.points))
+    few = reference.points[::12]  # the smallest box takes seconds to find of what is round
+    cloud = open3d.geometry.PointCloud(open3d.utility.Vector3dVector(few))
     axes = np.array(cloud.get_minimal_oriented_bounding_box(robust=True).R)
     return (axes @ cube @ axes.T @ found for cube in _cube_rotations())
 
@@ -177,6 +178,7 @@ def _quick_icp(points: Array, reference: CoarseSurface, now: Similarity, rounds:
     return now
 
 
-def _apart(one: Similarity, other: Similarity) -> float:
+def apart(one: Similarity, other: Similarity) -> float:
+    """The angle between two poses [rad]."""
     cosine = (np.sum(one.rotation * other.rotation) - 1) / 2
     return float(np.arccos(np.clip(cosine, -1, 1)))

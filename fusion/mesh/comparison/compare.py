@@ -155,6 +155,7 @@ def compare(mesh: Mesh, reference: Mesh, settings: CompareSettings | None = None
     if alignment.status == "poor":
         sizes = f"{size(mesh):.3g} m and {size(reference):.3g} m from end to end"
         notes.append(f"No pose was found in which the mesh fits the reference ({sizes}); the distances mean nothing.")
+    notes += _turns_note(alignment)
     if settings.scale and not settings.align:
         notes.append("The scale was not looked for, as nothing was aligned.")
     pose = alignment.similarity()
@@ -241,6 +242,17 @@ def _back(
     # a closed mesh claims to show everything; an open one may have far more missing than what lies right at its border
     unseen = np.full(len(found.on_border), seen is None and bool(found.on_border.any()))
     return found.distances * pose.scale, unseen
+
+
+def _turns_note(alignment: Alignment) -> list[str]:
+    if not alignment.turns:
+        return []
+    angles = sorted({round(float(np.rad2deg(angle))) for angle in alignment.turns})
+    said = f"by {' or '.join(f'{angle}' for angle in angles)} deg" if len(angles) <= 3 else "by any of many angles"
+    return [
+        f"Turned {said} besides, the mesh fits the reference as well: "
+        f"how large the distances are holds, but not where on the object; --no-align keeps a pose that is known."
+    ]
 
 
 def _unseen_note(share: float) -> list[str]:
