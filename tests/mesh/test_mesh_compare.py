@@ -216,6 +216,16 @@ def test_poses_that_fit_as_well_are_said():
     assert not compare(_made(box), _made(box), FEW).notes  # a pose that is there is kept
 
 
+def test_what_an_open_reference_cannot_judge_is_said():
+    """A whole scan against a view of one side: the rest is no error, and its side is not known."""
+    whole = _object(3)
+    reference = vertices_kept(whole, whole.vertices[:, 2] > 0)
+    found = compare(whole, reference, STAND)
+    assert any("beyond where the reference ends" in note and "--max-distance" in note for note in found.notes)
+    left = compare(whole, reference, replace(STAND, max_distance=0.01))
+    assert left.accuracy.median < 1e-6 and not any("beyond where" in note for note in left.notes)
+
+
 def test_missing_part_of_a_closed_scan_is_not_excused():
     reference = trimesh.util.concatenate([trimesh.creation.icosphere(3, 0.1), trimesh.creation.box((0.02, 0.02, 0.4))])
     found = compare(_made(trimesh.creation.icosphere(3, 0.1)), _made(reference), STAND)

@@ -215,11 +215,17 @@ def _accuracy(
     """Signed distances of the mesh's surface that counts [m], and the share that does not."""
     samples = sample_surface(mesh, settings.samples, _SEEDS[0])
     normals = None if samples.normals is None else samples.normals @ pose.rotation.T
-    distances = reference.closest(pose.apply(samples.points), normals).distances
-    limit = settings.max_distance
+    found = reference.closest(pose.apply(samples.points), normals)
+    distances, limit = found.distances, settings.max_distance
     if limit is None:
         far = float(np.mean(np.abs(distances) > 0.1 * size(mesh)))
-        if far > 0.02:
+        beyond = float(np.mean(found.on_border & (np.abs(distances) > _UNSEEN_M)))
+        if beyond > 0.02:
+            notes.append(
+                f"{beyond:.1%} of the mesh lies beyond where the reference ends, which is not closed: neither error "
+                f"nor outside or inside, but in the accuracy and the bias; --max-distance {_UNSEEN_M:g} leaves it out."
+            )
+        elif far > 0.02:
             notes.append(f"{far:.1%} of the mesh lies far from the reference; --max-distance leaves it out.")
         return distances, 0.0
     near = np.abs(distances) <= limit
