@@ -159,3 +159,14 @@ def test_missing_file_and_wrong_names(tmp_path, sphere):
     with pytest.raises(MeshError, match="triangles"):
         write_mesh(tmp_path / "a.stl", Mesh(sphere.vertices))
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("corners", ["-3/-3/-1 -2/-2/-1 -1/-1/-1", "-3//-1 -2//-1 -1//-1", "-3/-3 -2/-2 -1/-1"])
+def test_obj_counts_back_from_the_face(tmp_path, corners):
+    """Of places, textures and normals alike, as some exporters write all of them."""
+    corner = "vt 0 0\nvt 1 0\nvt 0 1\nvn 0 0 1\n"
+    path = tmp_path / "back.obj"
+    path.write_text(f"v 0 0 0\nv 1 0 0\nv 0 1 0\n{corner}f {corners}\nv 0 0 5\n")
+    mesh = read_mesh(path)
+    assert len(mesh.faces) == 1
+    assert np.ptp(mesh.vertices[mesh.faces[0]], axis=0).tolist() == [1, 1, 0]

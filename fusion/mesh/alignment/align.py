@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 from scipy.special import stdtrit  # scipy.stats takes a second to import
 
-from fusion.mesh.alignment.coarse import NEAR, CoarseSurface, guesses, score
+from fusion.mesh.alignment.coarse import ALIKE, NEAR, CoarseSurface, apart, guesses, score
 from fusion.mesh.alignment.fit import SurfaceFit
 from fusion.mesh.alignment.similarity import IDENTITY, Array, Matches, Similarity, solve
 from fusion.mesh.comparison.distances import CloudSurface, Surface, surface_of
@@ -15,6 +15,7 @@ from fusion.mesh.mesh import Mesh
 
 _COARSE_POINTS, _FINE_POINTS, _STAND_IN = 3000, 20_000, 20_000
 _PREFERENCE = 1.2  # the pose as it stands wins unless another is better by this: symmetric shapes stay (guess)
+_SCORED = 1e-4  # of the size: poses of exact shapes that belong together score alike but for this
 _POOR = 0.9  # of the score's limit per surface: one shown whole by the other scores at most 1 (guess)
 # parts along x, y, z: cubes, as errors may reach across half of the object or be gone after a few pixels; and slabs,
 # as what has no counterpart (a plate below) pulls at one end
@@ -92,6 +93,8 @@ class Alignment:
     scale_interval: tuple[float, float] | None = None
     inlier_share: float = 1.0  # 0-1, of the mesh's surface that had a say in the last step
     status: str = "kept"  # "kept" (the pose it stood in was right but for the last bit), "moved", "poor" (no pose fits)
+    # angles [rad], least first, by which the mesh may be turned besides and fits as well; none for a pose that was kept
+    turns: tuple[float, ...] = ()
 
     def similarity(self) -> Similarity:
         """The same as a map of points."""
@@ -130,25 +133,30 @@ def align_meshes(
     fit = SurfaceFit(_quick(reference, other), size)
     quick = _quick(mesh, own)
 
-    def judged(pose: Similarity) -> float:
+    def judged(pose: Similarity) -> tuple[float, float]:
         there = fit.surface.closest(pose.apply(coarse.points), _turned(pose, coarse.normals)).distances
         again = quick.closest(pose.apply_inverse(asked.points), asked.normals).distances * pose.scale
-        return score(there, again, NEAR * size)
+        return score(there, again, NEAR * size), score(there, np.zeros(1), NEAR * size)
 
     starts = [IDENTITY, *guesses(CoarseSurface.of(coarse), CoarseSurface.of(back))]
     poses = [fit.run(coarse, start, scale, rounds=20)[0] for start in starts]
-    scores = [judged(pose) for pose in poses]
+    scores, near = np.array([judged(pose) for pose in poses]).T
     best = int(np.argmin(scores))
-    if scores[0] <= _PREFERENCE * scores[best] + 1e-5 * size:
+    as_well = scores - scores[best] <= (_PREFERENCE - 1) * near[best] + _SCORED * size
+    if scores[0] <= _PREFERENCE * scores[best] + _SCORED * size:
         best = 0
     pose, matches = SurfaceFit(other, size, facing=True).run(fine, poses[best], scale, rounds=60)
     moved = 2 * np.sin(_angle(pose) / 2) * size + np.linalg.norm(pose.apply(origin[None])[0] - origin)
-    status = "poor" if judged(pose) > _POOR * NEAR * size else "kept" if best == 0 and moved < 0.1 * size else "moved"
+    status = (
+        "poor" if judged(pose)[0] > _POOR * NEAR * size else "kept" if best == 0 and moved < 0.1 * size else "moved"
+    )
     interval = None
     if scale:  # the other way round: the reference on the mesh
         again = SurfaceFit(own, size / pose.scale, facing=True).run(back, pose.inverse(), scale, rounds=15)[0]
         interval = scale_interval(pose.scale, 1 / again.scale, matches)
-    return Alignment(pose.matrix(), pose.scale, interval, float((matches.weights > 0).mean()), status)
+    angles = [apart(pose, poses[other]) for other in np.flatnonzero(as_well)] if status == "moved" else []
+    turns = tuple(sorted(angle for angle in angles if angle > ALIKE))
+    return Alignment(pose.matrix(), pose.scale, interval, float((matches.weights > 0).mean()), status, turns)
 
 
 def _quick(mesh: Mesh, surface: Surface) -> Surface:

@@ -1,6 +1,6 @@
 """Where two surfaces that stand in any pose to each other may belong: guesses, tried by a few quick ICP steps."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import permutations, product
 from typing import Any
@@ -14,9 +14,13 @@ from fusion.mesh.alignment.similarity import IDENTITY, Array, Matches, Similarit
 from fusion.mesh.comparison.surface_samples import SurfaceSamples
 
 _SPREAD = 72  # rotations over the whole sphere: about 45 degrees apart, within reach of ICP (guess)
+_OF_A_PART = 200  # rotations more of what may be a part, each with eight shifts, of which
+_OF_PARTS = 60  # go into ICP: those that lie best at first sight, where
+_ROUGH = 0.1  # of the reference's size still counts as near (guesses)
+_ALSO = 24  # of those turned about the reference's box
 _KEPT = 8  # guesses that come to the final choice
 _TRIAL = 250  # points a guess is tried with
-_ALIKE = np.deg2rad(5)
+ALIKE = np.deg2rad(5)  # less apart, two poses are one
 NEAR = 0.03  # of the reference's size: what lies on each other after a coarse alignment (guess)
 
 
@@ -48,12 +52,22 @@ def guesses(mesh: CoarseSurface, reference: CoarseSurface) -> list[Similarity]:
         again = mesh.tree.query(guess.apply_inverse(back))[0]
         return score(there, again, NEAR * reference.size)
 
-    tried = [_quick_icp(few, reference, guess, range(4)) for guess in _all(mesh, reference)]
+    def rough(guess: Similarity) -> float:
+        there = reference.tree.query(guess.apply(few[::3]))[0]
+        again = mesh.tree.query(guess.apply_inverse(back[::3]))[0]
+        return score(there, again, _ROUGH * reference.size)
+
+    turns = [*_axes_on_axes(mesh, reference), *Rotation.random(_OF_A_PART, random_state=2).as_matrix()]
+    parts = sorted(_of_parts(mesh, reference, turns), key=rough)[:_OF_PARTS]
+    tried = [_quick_icp(few, reference, guess, range(4)) for guess in (*_all(mesh, reference), *parts)]
     tried = sorted(tried, key=rated)[: len(tried) // 3]
     tried = sorted((_quick_icp(few, reference, guess, range(4, 10)) for guess in tried), key=rated)
+    alike = sorted(_of_parts(mesh, reference, _turned(tried[0].rotation, reference)), key=rough)[:_ALSO]
+    tried += [_quick_icp(few, reference, guess, range(2, 10)) for guess in alike]
+    tried = sorted(tried, key=rated)
     kept: list[Similarity] = []
     for guess in tried:
-        if all(_apart(guess, other) > _ALIKE for other in kept):
+        if all(apart(guess, other) > ALIKE for other in kept):
             kept.append(guess)
         if len(kept) == _KEPT:
             break
@@ -71,16 +85,35 @@ def score(there: Array, again: Array, limit: float) -> float:
 def _all(mesh: CoarseSurface, reference: CoarseSurface) -> Iterator[Similarity]:
     yield IDENTITY
     here, there = mesh.points.mean(axis=0), reference.points.mean(axis=0)
-    middle = (mesh.points.min(axis=0) + mesh.points.max(axis=0)) / 2
-    goal = (reference.points.min(axis=0) + reference.points.max(axis=0)) / 2
-    axes, target = _principal(mesh.points), _principal(reference.points)
-    turns = [target @ cube @ axes.T for cube in _cube_rotations()]
-    turns += [np.eye(3), *Rotation.random(_SPREAD, random_state=1).as_matrix()]
-    for turn in turns:
+    for turn in (*_axes_on_axes(mesh, reference), np.eye(3), *Rotation.random(_SPREAD, random_state=1).as_matrix()):
         yield Similarity(turn, there - turn @ here)
-    for turn in turns[:25]:  # partial scans pull the mean away, but less so the middle
-        yield Similarity(turn, goal - turn @ middle)
     yield from by_features(mesh, reference)
+
+
+def _of_parts(mesh: CoarseSurface, reference: CoarseSurface, turns: Iterable[Array]) -> Iterator[Similarity]:
+    """Poses of a part of the object: its middle says little, but along each axis it mostly shows one end whole."""
+    ends = np.stack([reference.points.min(axis=0), reference.points.max(axis=0)])
+    for turn in turns:
+        points = mesh.points @ turn.T
+        shifts = ends - np.stack([points.min(axis=0), points.max(axis=0)])
+        for choice in product((0, 1), repeat=3):
+            yield Similarity(turn, shifts[choice, range(3)])
+
+
+def _turned(found: Array, reference: CoarseSurface) -> Iterator[Array]:
+    """A rotation that was found, turned about the reference's own box: poses that look alike mostly differ so."""
+    import open3d
+
+    few = reference.points[::12]  # the smallest box takes seconds to find of what is round
+    cloud = open3d.geometry.PointCloud(open3d.utility.Vector3dVector(few))
+    axes = np.array(cloud.get_minimal_oriented_bounding_box(robust=True).R)
+    return (axes @ cube @ axes.T @ found for cube in _cube_rotations())
+
+
+def _axes_on_axes(mesh: CoarseSurface, reference: CoarseSurface) -> list[Array]:
+    """The rotations that lay the mesh's principal axes on those of the reference."""
+    axes, target = _principal(mesh.points), _principal(reference.points)
+    return [target @ cube @ axes.T for cube in _cube_rotations()]
 
 
 def _principal(points: Array) -> Array:
@@ -145,6 +178,7 @@ def _quick_icp(points: Array, reference: CoarseSurface, now: Similarity, rounds:
     return now
 
 
-def _apart(one: Similarity, other: Similarity) -> float:
+def apart(one: Similarity, other: Similarity) -> float:
+    """The angle between two poses [rad]."""
     cosine = (np.sum(one.rotation * other.rotation) - 1) / 2
     return float(np.arccos(np.clip(cosine, -1, 1)))

@@ -155,6 +155,7 @@ def compare(mesh: Mesh, reference: Mesh, settings: CompareSettings | None = None
     if alignment.status == "poor":
         sizes = f"{size(mesh):.3g} m and {size(reference):.3g} m from end to end"
         notes.append(f"No pose was found in which the mesh fits the reference ({sizes}); the distances mean nothing.")
+    notes += _turns_note(alignment)
     if settings.scale and not settings.align:
         notes.append("The scale was not looked for, as nothing was aligned.")
     pose = alignment.similarity()
@@ -214,11 +215,17 @@ def _accuracy(
     """Signed distances of the mesh's surface that counts [m], and the share that does not."""
     samples = sample_surface(mesh, settings.samples, _SEEDS[0])
     normals = None if samples.normals is None else samples.normals @ pose.rotation.T
-    distances = reference.closest(pose.apply(samples.points), normals).distances
-    limit = settings.max_distance
+    found = reference.closest(pose.apply(samples.points), normals)
+    distances, limit = found.distances, settings.max_distance
     if limit is None:
         far = float(np.mean(np.abs(distances) > 0.1 * size(mesh)))
-        if far > 0.02:
+        beyond = float(np.mean(found.on_border & (np.abs(distances) > _UNSEEN_M)))
+        if beyond > 0.02:
+            notes.append(
+                f"{beyond:.1%} of the mesh lies beyond where the reference ends, which is not closed: neither error "
+                f"nor outside or inside, but in the accuracy and the bias; --max-distance {_UNSEEN_M:g} leaves it out."
+            )
+        elif far > 0.02:
             notes.append(f"{far:.1%} of the mesh lies far from the reference; --max-distance leaves it out.")
         return distances, 0.0
     near = np.abs(distances) <= limit
@@ -241,6 +248,17 @@ def _back(
     # a closed mesh claims to show everything; an open one may have far more missing than what lies right at its border
     unseen = np.full(len(found.on_border), seen is None and bool(found.on_border.any()))
     return found.distances * pose.scale, unseen
+
+
+def _turns_note(alignment: Alignment) -> list[str]:
+    if not alignment.turns:
+        return []
+    angles = sorted({round(float(np.rad2deg(angle))) for angle in alignment.turns})
+    said = f"by {' or '.join(f'{angle}' for angle in angles)} deg" if len(angles) <= 3 else "by any of many angles"
+    return [
+        f"Turned {said} besides, the mesh fits the reference as well: "
+        f"how large the distances are holds, but not where on the object; --no-align keeps a pose that is known."
+    ]
 
 
 def _unseen_note(share: float) -> list[str]:

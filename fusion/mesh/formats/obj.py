@@ -9,7 +9,7 @@ from fusion.mesh.formats.rows import Lines, filled, joined, table, told
 
 WIDTHS = {3: 3, 4: 4, 6: 3, 7: 4}  # numbers of a vertex (a weight may stand behind the place): where colour begins
 LONGEST = 200_000  # characters of a face (guess): no program writes so many corners, and each takes much memory
-CORNER = re.compile(r"([-+]?[0-9]{1,9})(?:/[0-9]*(?:/([0-9]*))?)?")  # of vertex, texture and normal
+CORNER = re.compile(r"([-+]?[0-9]{1,9})(?:/(?:-?[0-9]+)?(?:/(-?[0-9]+)?)?)?")  # of vertex, texture and normal
 
 
 def checked_obj(data: bytes) -> bytes:
