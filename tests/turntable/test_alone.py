@@ -157,18 +157,6 @@ def test_print_tells_the_turn_of_a_ball_that_a_hand_moved():
     assert np.abs(np.rad2deg(heard.found.turns[best]) - UNEVEN).max() < 2.0
 
 
-def test_distant_views_count_by_how_clear_their_own_match_is():
-    """Two steps too large for print to tell split the views in two; distant ones join them, where print is clear."""
-    edges = [(a, b) for a in range(6) for b in range(a + 1, 6) for _ in range(2)]  # two candidates each
-    clear = [edge == (0, 5) for edge in edges]
-    alike = np.where(clear, np.tile([0.9, 0.1], 15), 0.3)
-    at = SimpleNamespace(alike=alike)
-    heard = Heard(edges, SimpleNamespace(turns=np.tile([0.3, 2.0], 15), at=at), np.full(len(edges), 0.9))
-    worth = heard.said(1.0).worth
-    distant = np.array([heard.apart(edge) > 2 for edge in edges])
-    assert worth[clear].max() > 1 and not worth[distant & ~np.array(clear)].any()
-
-
 @pytest.mark.slow
 def test_print_holds_a_ball_that_shape_lets_slip():
     random, steps = np.random.default_rng(5), [15, 22, 12, 18, 25, 14, 20, 16, 24, 19]
