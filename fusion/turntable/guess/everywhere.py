@@ -26,7 +26,7 @@ PRINT = 3.0  # how much more print counts than shape, which repeats: sides of a 
 PLAIN = (0.25, 0.6, 0.3)  # neighbours' prints agree by less where there is none, by more where it is rich; least shape
 ROW = 2  # views that follow each other
 STEP = np.deg2rad(90)  # between them: smaller ones are likelier (guess)
-ALIKE = 0.5  # second best over best turn of distant views from which their match tells nothing (guess)
+ALIKE = 0.5  # second best over best turn from which a match of distant views tells nothing (guess)
 TONE = 0.12  # spread of the contrasts' differences at the right place, about (guess)
 GUIDED = (ViewPairLimits(REACH, most=FIRST_POINTS), ViewPairLimits(REACH / 2, 0.0, 2 * TONE, FIRST_POINTS))
 
@@ -68,24 +68,23 @@ class Heard:
         """
         worth, pairs = self.worth(printed), np.array(self.edges, np.intp).reshape(-1, 2)
         near = np.array([self.apart(pair) <= ROW for pair in self.edges], bool)
-        told = np.clip(1 - self.ambiguity(worth) / ALIKE, 0, 1) ** 2
-        # there are many of them, and by shape they err together
-        told *= min(1.0, near.sum() / max((~near).sum(), 1)) ** (1 - printed)
+        told = float(np.clip(1 - self.ambiguity(worth) / ALIKE, 0, 1)) ** 2
+        told *= min(1.0, near.sum() / max((~near).sum(), 1))  # there are many of them, and they err together
         worth = worth * np.where(near, np.exp(-np.abs(self.found.turns) / STEP), told)
         return Said(pairs, self.found.turns, worth)
 
-    def ambiguity(self, worth: Array) -> Array:
-        """(m,) how good the second best turn of each candidate's pair is, over the best one, 0 to 1."""
-        lines: dict[tuple[int, int], list[int]] = {}
-        for k, edge in enumerate(self.edges):
-            lines.setdefault(edge, []).append(k)
-        ratios = np.zeros(len(self.edges))
-        for mine in lines.values():
-            first = mine[int(np.argmax(worth[mine]))]
-            off = (self.found.turns[mine] - self.found.turns[first] + np.pi) % (2 * np.pi) - np.pi
-            second = float(np.max(worth[mine], where=np.abs(off) > np.deg2rad(25), initial=0.0))
-            ratios[mine] = second / worth[first] if worth[first] > 0 else 0.0
-        return ratios
+    def ambiguity(self, worth: Array) -> float:
+        """How good the second best turn of neighbours is, over the best one, 0 to 1 (mean)."""
+        best: dict[tuple[int, int], list[tuple[float, float]]] = {}
+        for edge, turn, value in zip(self.edges, self.found.turns, worth, strict=True):
+            best.setdefault(edge, []).append((float(value), float(turn)))
+        ratios = []
+        for (i, j), lines in best.items():
+            first, at = max(lines)
+            if self.apart((i, j)) <= ROW and first > 0:
+                off = [(value, (turn - at + np.pi) % (2 * np.pi) - np.pi) for value, turn in lines]
+                ratios.append(max((v for v, o in off if abs(o) > np.deg2rad(25)), default=0.0) / first)
+        return float(np.mean(ratios)) if ratios else 0.0
 
 
 def listen(seen: ViewStack, axis: Axis, edges: Edges, largest: float = np.pi) -> Heard:
