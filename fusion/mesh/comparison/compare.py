@@ -155,8 +155,8 @@ def compare(mesh: Mesh, reference: Mesh, settings: CompareSettings | None = None
     if alignment.status == "poor":
         sizes = f"{size(mesh):.3g} m and {size(reference):.3g} m from end to end"
         notes.append(
-            f"No pose was found in which the mesh fits the reference ({sizes}); the distances mean nothing. Unless these "
-            "are metres, name the reference's unit with --unit."
+            f"No pose was found in which the mesh fits the reference ({sizes}); the distances mean nothing. Unless "
+            "these are metres, name the reference's unit with --unit."
         )
     notes += _turns_note(alignment)
     if settings.scale and not settings.align:
