@@ -76,6 +76,8 @@ def test_matrices_and_lenses_under_their_usual_names(tmp_path, fields, inside):
         (REALSENSE | {"depth_scale": [[1], [2]]}, "depth_scale"),
         (REALSENSE | {"k1": -0.15, "k2": 0.02, "k3": -0.005, "k4": 0.001}, "lens model is not known.*no p1, p2"),
         (REALSENSE | {"model": 3, "coeffs": LENS}, "lens model is not known.*ftheta"),
+        (REALSENSE | {"model": 17, "coeffs": LENS}, "lens model is not known.*number 17"),
+        (REALSENSE | {"distortion_model": "fov", "coeffs": LENS}, "lens model is not known.*fov"),
     ],
 )
 def test_what_cannot_be_used_of_them_is_told(tmp_path, fields, told):
@@ -84,9 +86,17 @@ def test_what_cannot_be_used_of_them_is_told(tmp_path, fields, told):
     assert "\n" not in str(caught.value)
 
 
-def test_a_fisheye_is_taken_where_it_says_so(tmp_path):
-    found = camera_of(tmp_path, REALSENSE | {"distortion_model": "equidistant", "coeffs": [0.01, 0.0, 0.0, 0.0]})
-    assert any(found.distortion)
+@pytest.mark.parametrize(
+    "model",
+    [
+        {"distortion_model": "equidistant"}, {"model": 5}, {"model": "distortion.kannala_brandt4"},
+        {"camera_model": "OPENCV_FISHEYE"},
+    ],
+)  # fmt: skip
+def test_a_fisheye_is_taken_where_it_says_so(tmp_path, model):
+    bent = camera_of(tmp_path, REALSENSE | model | {"coeffs": [0.01, 0.0, 0.0, 0.0]})
+    plain = camera_of(tmp_path, REALSENSE | {"model": "D435", "coeffs": [0.01, 0.0, 0.0, 0.0]})
+    assert any(bent.distortion) and bent.distortion[:1] != plain.distortion[:1] == (0.01,)
 
 
 @pytest.mark.parametrize("place", ["", "depth"])

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from fusion.errors import RecordingError
 from fusion.files.json_file import shown
 from fusion.geometry.camera import Camera
-from fusion.recording.cameras.lens import made_camera
+from fusion.recording.cameras.lens import FISHEYE, FORWARD, made_camera
 from fusion.recording.native.camera_file import LEAST_SCALE, MOST_SCALE
 
 Array = NDArray[np.float64]
@@ -32,16 +32,15 @@ WIDTH, HEIGHT = ("image_width", "image_Width", "width", "w"), ("image_height", "
 SIZE = ("image_size", "imageSize", "resolution", "size")
 SCALE = "depth_scale"
 COARSEST = 0.1  # metres: no depth image counts in larger steps, so a scale below says metres and not counts per metre
-# librealsense's rs2_distortion
-MODELS = {0: "none", 1: "modified brown conrady", 2: "inverse brown conrady", 3: "ftheta", 4: "brown conrady"}
-MODELS[5] = "kannala brandt4"
-KNOWN = "kalibr's camchain, ROS's CameraInfo, OpenCV's camera_matrix and image_width, or ORB-SLAM's Camera.fx"
+# librealsense's rs2_distortion, by its numbers
+MODELS = ("none", "modified brown conrady", "inverse brown conrady", "ftheta", "brown conrady", "kannala brandt4")
+KNOWN = "kalibr's camchain, ROS's CameraInfo, OpenCV's camera_matrix, ORB-SLAM's Camera.fx, or fx, fy, cx, cy"
 
 
 def is_of_a_script(fields: Fields) -> bool:
     """True where a `camera.json` has other names for it, or would pass over what stands beside it."""
     plain = all(names[0] in fields for names in LENGTHS)
-    more = {*LENS, *RADIAL} - {"distortion"}
+    more = {*LENS, *RADIAL, "distortion_model"} - {"distortion"}
     scale = fields.get(SCALE)
     metres = isinstance(scale, float) and 1 / MOST_SCALE <= scale < COARSEST
     if plain:
@@ -104,15 +103,26 @@ def _lengths(fields: Fields, where: object) -> tuple[float, float, float, float]
 
 def _lens(fields: Fields, where: object) -> tuple[Array, str]:
     """Coefficients in OpenCV's order, and the name of their model."""
-    told = fields.get("distortion_model", fields.get("model"))
-    model = MODELS.get(told, str(told)) if isinstance(told, int) else str(told or "").rsplit(".", 1)[-1]
-    model = "" if fields.get("distortion_model") is None and model not in MODELS.values() else model
+    model = _model(fields)
     listed = named(fields, LENS)
     if listed is not None:
         return numbers_of(listed, where, "distortion_coefficients"), model
     if "k4" in fields and not {"p1", "p2"} & fields.keys():
         return numbers_of([fields.get(f"k{n}", 0.0) for n in (1, 2, 3, 4)], where, "k1"), model or "k1 to k4, no p1, p2"
     return numbers_of([fields.get(name, 0.0) for name in RADIAL], where, "k1"), model
+
+
+def _model(fields: Fields) -> str:
+    """The lens model's name; what "model" says may as well be the name of the device."""
+    for key in ("distortion_model", "model", "camera_model"):
+        told = fields.get(key)
+        name = str(told or "").rsplit(".", 1)[-1].strip().lower()
+        if isinstance(told, int):
+            name = MODELS[told] if 0 <= told < len(MODELS) else f"number {told}"
+        name = "fisheye" if "fisheye" in name else name
+        if told is not None and (key == "distortion_model" or isinstance(told, int) or name in (*FORWARD, *FISHEYE)):
+            return name
+    return ""
 
 
 def _scaled(camera: Camera, scale: object, where: object) -> Camera:

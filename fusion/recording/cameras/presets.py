@@ -14,19 +14,14 @@ from fusion.recording.native.camera_file import camera_content, camera_of
 
 _TABLES = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
 
-MODES: dict[str, tuple[Camera, ...]] = {}  # of each name all images that the device makes but for evenly resized ones
-
 
 def _read(kind: str) -> dict[str, tuple[Camera, str]]:
     """Name to camera and where its numbers are from."""
     read = {}
     for name, table in _TABLES[kind].items():
-        size, matrix, source = (table.pop(key) for key in ("size", "matrix", "source"))
-        modes = table.pop("modes", ())
-        table["principle"] = Principle(table["principle"])
-        camera = Camera(*size, *matrix, **({"sensor": name} | table))
-        read[name] = (camera, source)
-        MODES[name] = (camera, *(_cut(camera, *mode) for mode in modes))
+        more = {key: value for key, value in table.items() if key not in ("size", "matrix", "source", "modes")}
+        more = {"sensor": name} | more | {"principle": Principle(table["principle"])}
+        read[name] = (Camera(*table["size"], *table["matrix"], **more), table["source"])
     return read
 
 
@@ -39,6 +34,11 @@ def _cut(camera: Camera, width: int, height: int, ratio: float) -> Camera:
 
 DATA_SETS, DEVICES = _read("data_sets"), _read("devices")
 PRESETS = DATA_SETS | DEVICES
+# of each name the images that it makes but for evenly resized ones, its own first
+MODES = {
+    name: (camera, *(_cut(camera, *mode) for mode in (_TABLES["devices"].get(name, {})).get("modes", ())))
+    for name, (camera, _) in PRESETS.items()
+}
 LARGEST = 1 << 20  # [B] of a file that is looked into for a camera
 CALIBRATIONS = (".yaml", ".yml", ".xml")  # endings of files by programs that calibrate
 
