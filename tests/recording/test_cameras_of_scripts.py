@@ -128,7 +128,22 @@ def test_a_file_without_a_size_has_that_of_the_images(tmp_path, name, fields):
         find_camera(tmp_path / name)
 
 
+def test_a_camera_file_that_lacks_a_number_is_not_its_colour_camera(tmp_path):
+    color = SIZE | {"fx": 600, "fy": 601, "cx": 320, "cy": 240}
+    with pytest.raises(RecordingError, match='"fx" of the camera'):
+        camera_of(tmp_path, SIZE | {"fy": 365, "cx": 255, "cy": 205, "color": color})
+
+
+def test_what_lies_beside_images_and_is_no_file_is_passed_over(tmp_path):
+    cv2.imwrite(str(tmp_path / "1.png"), np.full((480, 640), 900, np.uint16))
+    (tmp_path / "gone.json").symlink_to(tmp_path / "nowhere.json")
+    (tmp_path / "folder.yaml").mkdir()
+    with pytest.raises(RecordingError, match="no camera"):
+        open_recording(tmp_path)
+
+
 def test_four_numbers_in_a_file_are_enough_too(tmp_path):
     cv2.imwrite(str(tmp_path / "1.png"), np.full((480, 640), 900, np.uint16))
-    (tmp_path / "camera.json").write_text(json.dumps({"fx": 600, "fy": 601, "cx": 320, "cy": 240}))
-    assert open_recording(tmp_path, tmp_path / "camera.json").camera.shape == (480, 640)
+    (tmp_path / "camera.json").write_text(json.dumps({"fx": 600, "fy": 601, "cx": 320, "cy": 240, "sensor": "mine"}))
+    found = open_recording(tmp_path, tmp_path / "camera.json").camera
+    assert (found.shape, found.sensor) == ((480, 640), "mine")

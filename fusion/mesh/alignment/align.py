@@ -154,7 +154,7 @@ def align_meshes(
     if scale:  # the other way round: the reference on the mesh
         again = SurfaceFit(own, size / pose.scale, facing=True).run(back, pose.inverse(), scale, rounds=15)[0]
         interval = scale_interval(pose.scale, 1 / again.scale, matches)
-    angles = [apart(pose, poses[other]) for other in np.flatnonzero(as_well)] if status == "moved" else []
+    angles = [apart(pose, poses[k]) for k in np.flatnonzero(as_well)] if status == "moved" else []
     turns = tuple(sorted(angle for angle in angles if angle > ALIKE))
     return Alignment(pose.matrix(), pose.scale, interval, float((matches.weights > 0).mean()), status, turns)
 

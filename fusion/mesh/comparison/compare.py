@@ -154,10 +154,9 @@ def compare(mesh: Mesh, reference: Mesh, settings: CompareSettings | None = None
             alignment = align_meshes(mesh, reference, settings.scale, surfaces, seen)
     if alignment.status == "poor":
         sizes = f"{size(mesh):.3g} m and {size(reference):.3g} m from end to end"
-        notes.append(
-            f"No pose was found in which the mesh fits the reference ({sizes}); the distances mean nothing. Unless "
-            "these are metres, name the reference's unit with --unit."
-        )
+        do = "" if settings.unit else " Unless these are metres, name the reference's unit with --unit."
+        told = f"No pose was found in which the mesh fits the reference ({sizes}); the distances mean nothing."
+        notes.append(told + do)
     notes += _turns_note(alignment)
     if settings.scale and not settings.align:
         notes.append("The scale was not looked for, as nothing was aligned.")

@@ -45,7 +45,8 @@ def is_of_a_script(fields: Fields) -> bool:
     metres = isinstance(scale, float) and 1 / MOST_SCALE <= scale < COARSEST
     if plain:
         return metres or bool(more & fields.keys())
-    return any(_is_camera(part) for part in (fields, *fields.values()))
+    its_own = any(name in fields for names in LENGTHS for name in names)  # a part is another camera then
+    return _is_camera(fields) or (not its_own and any(_is_camera(part) for part in fields.values()))
 
 
 def camera_of_fields(fields: Fields, where: object, size: Size | None = None) -> Camera:

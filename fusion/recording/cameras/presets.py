@@ -53,7 +53,7 @@ def say_camera(like: str, folder: Path | None = None) -> str:
 
 
 def _holds_a_camera(path: Path) -> bool:
-    if path.suffix.lower() not in (".json", *CALIBRATIONS) or path.stat().st_size > LARGEST:
+    if path.suffix.lower() not in (".json", *CALIBRATIONS) or not path.is_file() or path.stat().st_size > LARGEST:
         return False
     try:
         return bool(find_camera(path))
@@ -88,6 +88,8 @@ def find_camera(camera: Camera | Path | str, size: Size | None = None) -> Camera
     fields = read_json(Path(camera), RecordingError, "the camera file")
     if isinstance(fields, dict) and ("intrinsic_matrix" in fields or {"K", "resolution"} <= fields.keys()):
         return camera_of_others(camera_content(fields, camera))
-    if isinstance(fields, dict) and (is_of_a_script(fields) or (size and "width" not in fields)):
+    if isinstance(fields, dict) and is_of_a_script(fields):
         return camera_of_fields(fields, camera, size)
+    if size and isinstance(fields, dict) and "fx" in fields and not {"width", "height"} & fields.keys():
+        fields = fields | dict(zip(("width", "height"), size(), strict=True))
     return camera_of(camera_content(fields, camera))

@@ -23,6 +23,7 @@ from fusion.recording.recording import Recording
 DEPTH = re.compile(r"frame-(\d+)\.depth(\.proj)?\.png$")
 MATRIX = "*intrinsics*.txt"
 COLOR = ("png", "jpg", "jpeg")  # the data set's own is PNG; recordings made after its pattern often are not
+DEPTH_SCALE = 1000.0
 # the files carry no time; Kinect v1 gives 30 frames a second
 FRAMES_PER_SECOND = 30.0
 
@@ -66,9 +67,18 @@ def _camera_beside(folder: Path, first: str) -> Camera | None:
     path = folder / names[0] if names else above
     if not path.is_file():
         return None
+    return camera_in(path, image_size(folder / first))
+
+
+def camera_in(path: Path, size: tuple[int, int]) -> Camera:
+    """The camera of a matrix (3 x 3, or 4 x 4 with nothing more) in a text file, for images of (width, height) [px].
+
+    Raises:
+        RecordingError: it is no camera's matrix.
+    """
     rows = [[number(value, path, line) for value in text.split()] for line, text in data_lines(path)]
-    K = np.array(rows) if len({len(row) for row in rows}) == 1 else np.zeros(0)
-    found = camera_of_matrix(K, image_size(folder / first), 1000.0)
+    K = np.array(rows) if len({len(row) for row in rows}) == 1 else np.zeros((0, 0))
+    found = camera_of_matrix(K[:3, :3], size, DEPTH_SCALE)
     if found is None:
         raise RecordingError("the camera cannot be used", path, "", "3 rows of 3: fx 0 cx, 0 fy cy, 0 0 1 [px]")
     return found

@@ -9,7 +9,6 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fusion.errors import RecordingError
 from fusion.files.inside import inside
@@ -18,19 +17,16 @@ from fusion.geometry.pose import inverse
 from fusion.geometry.trajectory import Trajectory
 from fusion.recording.formats import open3d_folder
 from fusion.recording.formats.recorded.parts import no_stamps
-from fusion.recording.formats.seven_scenes import read_matrix
+from fusion.recording.formats.seven_scenes import camera_in, read_matrix
 from fusion.recording.formats.tum import with_color_placed
 from fusion.recording.images.frame_files import FrameFiles
 from fusion.recording.images.load_frame import load_frame
 from fusion.recording.images.read import image_size
-from fusion.recording.native.camera_file import camera_of_matrix
-from fusion.recording.native.text_files import data_lines, number
 from fusion.recording.recording import Recording
 
 POSES = ("pose", "poses")
 DEPTH, COLOR = "intrinsic_depth.txt", "intrinsic_color.txt"
 PLACE = "extrinsic_color.txt"  # of the colour camera to the depth camera, nearly always none
-DEPTH_SCALE = 1000.0
 
 
 def recognises(folder: Path) -> bool:
@@ -75,20 +71,10 @@ def _camera(folder: Path, depth: list[str], color: list[str]) -> Camera | None:
     places = [place for place in (folder / "intrinsic", folder) if (place / DEPTH).is_file()]
     if not places:
         return None
-    camera = _of_matrix(places[0] / DEPTH, folder / depth[0])
+    camera = camera_in(places[0] / DEPTH, image_size(folder / depth[0]))
     if not color or not (places[0] / COLOR).is_file():
         return camera
     T = read_matrix(places[0] / PLACE) if (places[0] / PLACE).is_file() else np.eye(4)
-    beside = _of_matrix(places[0] / COLOR, folder / color[0])
+    beside = camera_in(places[0] / COLOR, image_size(folder / color[0]))
     over = camera.shape == beside.shape and np.allclose(camera.parameters, beside.parameters, rtol=1e-3)
     return camera if over and np.allclose(T, np.eye(4)) else replace(camera, color=beside, T_color_depth=inverse(T))
-
-
-def _of_matrix(path: Path, image: Path) -> Camera:
-    """The camera of a matrix of 3 x 3 or 4 x 4 in a text file, for images of this size."""
-    rows = [[number(value, path, line) for value in text.split()] for line, text in data_lines(path)]
-    K: NDArray[np.float64] = np.array(rows) if len({len(row) for row in rows}) == 1 else np.zeros((0, 0))
-    found = camera_of_matrix(K[:3, :3], image_size(image), DEPTH_SCALE)
-    if found is None:
-        raise RecordingError("the camera cannot be used", path, "", "rows fx 0 cx, 0 fy cy, 0 0 1 [px]")
-    return found
