@@ -1,0 +1,172 @@
+"""Rims: what is seen across the known depth edges of a block, as profiles: tiles keep clear of them.
+
+Depths count in units of the gap: 0 is the near side, 1 the far one. The recorded profile is what it is; where exactly
+the edge stands is not known, so predictions are made for edges that are moved.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.discrepancy.observe.observations import Patch
+from fusion.discrepancy.observe.outliers import foreign
+from fusion.sensor.sensor import Sensor
+from fusion.sensor.view import Image, View
+
+Vector = NDArray[np.float64]
+Matrix = NDArray[np.float64]
+
+REACH_PX, CALM_PX = 8.0, 6.0  # how far edges are known, and from where on a side is its own level
+BIN_PX = 0.5
+BINS = int(2 * CALM_PX / BIN_PX)  # of a profile, the near side first
+SIDES = 4  # where the far side lies: to the right, below, to the left, above
+FEWEST = 6  # pixels of a bin
+SEEN = 0.5  # of the pixels of a bin that have a value: fewer are chosen, not seen
+LEAST_GAP = 0.02  # of the depth: less is no edge
+CLEAR = 10.0  # standard deviations of a pixel that a gap must have at least
+
+
+@dataclass(frozen=True)
+class Rims:
+    """The pixels beside the edges of one block.
+
+    Attributes:
+        patch: whose.
+        label: (h, w) number of the bin of a pixel, -1 without one.
+        calm: (h, w) number of the side (two for each direction) that a pixel tells the level of, -1 without one.
+        near, gap: (h, w) depth [m] of the near side, and how much farther the far one is.
+        side, at: (n,) direction (0 to 3) and signed distance [px] of a bin, positive on the far side.
+        normal: (n, 2) mean direction to the far side (u, v).
+        depth: (n,) [m] of the near side.
+    """
+
+    patch: Patch
+    label: NDArray[np.intp]
+    calm: NDArray[np.intp]
+    near: Image
+    gap: Image
+    side: NDArray[np.intp]
+    at: Vector
+    normal: NDArray[np.float64]
+    depth: Vector
+
+    def __len__(self) -> int:
+        return len(self.at)
+
+    @cached_property
+    def _used(self) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
+        used, calm = np.flatnonzero(self.label >= 0), np.flatnonzero(self.calm >= 0)
+        return used, self.label.ravel()[used], calm, self.calm.ravel()[calm]
+
+    def profiles(self, mean: Image, sigma: Image) -> Matrix:
+        """(3, n) of a mean and a spread (h, w) [m]; each side less what it is off away from the edge.
+
+        The place between both sides; how much its pixels are between them and not on one side, share (1 - share), which
+        a displaced edge leaves as it is; and the variance of repeated frames in squared gaps.
+        """
+        return np.array([self._means(values) for values in self._in_gaps(mean, sigma)])
+
+    @cached_property
+    def recorded(self) -> Matrix:
+        return self.profiles(self.patch.block.mean, self.patch.block.std)
+
+    @cached_property
+    def doubt(self) -> Matrix:
+        """(3, n) standard deviations of what is recorded, by the scatter of the pixels in each bin."""
+        number = self._used[1]
+        count = np.bincount(number, minlength=len(self))
+        parts = self._in_gaps(self.patch.block.mean, self.patch.block.std)
+        squares = [self._means((part - mean[number]) ** 2) for part, mean in zip(parts, self.recorded, strict=True)]
+        return np.asarray(np.sqrt(np.array(squares) / np.maximum(count - 1, 1)))
+
+    def _in_gaps(self, mean: Image, sigma: Image) -> tuple[Vector, Vector, Vector]:
+        used, number, calm, level = self._used
+        gap = self.gap.ravel()
+        off = ((mean - self.near).ravel()[calm] / gap[calm]) - (level % 2)
+        known = np.isfinite(off)
+        total = np.bincount(level[known], weights=off[known], minlength=2 * SIDES)
+        base = total / np.maximum(np.bincount(level[known], minlength=2 * SIDES), 1)
+        own = 2 * self.side[number] + (self.at[number] > 0)
+        share = np.asarray((mean - self.near).ravel()[used] / gap[used] - base[own], float)
+        square = (np.broadcast_to(sigma, self.gap.shape).ravel()[used] / gap[used]) ** 2
+        return share, share * (1 - share), np.asarray(np.nan_to_num(square), float)
+
+    def _means(self, values: Vector) -> Vector:
+        number = self._used[1]
+        total = np.bincount(number, weights=np.nan_to_num(values), minlength=len(self))
+        return np.asarray(total / np.maximum(np.bincount(number, minlength=len(self)), 1))
+
+    def predicted(self, sensor: Sensor, moved: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Matrix:
+        """(3, n) what a sensor says where the edges stand elsewhere: by (u, v) [px], and away from the near thing [px m]."""
+        view = with_edges_at(self.patch.view, moved)
+        assert view.depth is not None
+        # steps of rounding are far below a gap
+        sensor = replace(sensor, effects=tuple(effect for effect in sensor.effects if not effect.lattice))
+        with np.errstate(all="ignore"):
+            return self.profiles(*sensor.repeated(view.depth, view))
+
+
+def rims_of(patch: Patch) -> Rims | None:
+    """The rims of a block; None where no edge of a known place is seen."""
+    view, block = patch.view, patch.block
+    edges, depth = view.edges, patch.depth
+    if edges is None or block.stage.reconstructed or not np.any(edges.distance < REACH_PX):
+        return None
+    with np.errstate(all="ignore"):
+        jump = np.where(edges.distance < REACH_PX, edges.jump, 0.0)
+        near, gap = depth + np.minimum(jump, 0.0), np.abs(jump)
+        beside = (gap > LEAST_GAP * near) & (gap > CLEAR * np.nan_to_num(patch.sigma)) & np.isfinite(depth)
+    if not beside.any():
+        return None
+    far = jump < 0
+    # of a far pixel the edge lies towards the near thing
+    angle = edges.direction + np.where(far, np.pi, 0.0)
+    side = np.rint(angle / (np.pi / 2)).astype(np.intp) % SIDES
+    signed = np.where(far, edges.distance, -edges.distance)
+    strange = foreign(np.where(edges.distance < REACH_PX, np.nan, block.mean), patch.predicted, depth)
+    there = beside & ~strange
+    seen = there & np.isfinite(block.mean) & (block.count >= max(1, len(block.frames) - 1))
+    bins = np.floor((signed + CALM_PX) / BIN_PX)
+    inside = (bins >= 0) & (bins < BINS)
+    number = np.where(inside, side * BINS + np.nan_to_num(bins), 0).astype(np.intp)
+    every = SIDES * BINS
+    could, count = (np.bincount(number[inside & part], minlength=every) for part in (there, seen))
+    kept = (count >= FEWEST) & (count >= SEEN * could)
+    calm = np.where(seen & (edges.distance >= CALM_PX), 2 * side + far, -1)
+    levels = np.bincount(calm[calm >= 0], minlength=2 * SIDES) >= FEWEST
+    place = np.arange(every)
+    at = (place % BINS + 0.5) * BIN_PX - CALM_PX
+    kept &= levels[2 * (place // BINS) + (at > 0)]
+    if not kept.any():
+        return None
+    label = np.where(inside & seen & kept[number], (np.cumsum(kept) - 1)[number], -1)
+    mean = [np.bincount(label[label >= 0], weights=x[label >= 0]) for x in (np.cos(angle), np.sin(angle), near)]
+    total = np.bincount(label[label >= 0])
+    return Rims(patch, label, calm, near, np.where(gap > 0, gap, np.nan), (place // BINS)[kept], at[kept],
+                np.column_stack(mean[:2]) / total[:, None], mean[2] / total)  # fmt: skip
+
+
+def with_edges_at(view: View, moved: tuple[float, float, float]) -> View:
+    """A view whose edges stand elsewhere: by (u, v) [px], and away from the near thing by [px m] over its depth."""
+    edges, depth = view.edges, view.depth
+    assert edges is not None and depth is not None
+    if not any(moved):
+        return view
+    with np.errstate(all="ignore"):
+        known = np.isfinite(edges.distance) & (edges.jump != 0) & np.isfinite(edges.jump)
+        own = np.where(edges.jump > 0, 1.0, -1.0)
+        step = moved[0] * np.cos(edges.direction) + moved[1] * np.sin(edges.direction)
+        step = step + own * moved[2] / np.maximum(depth + np.minimum(edges.jump, 0), 1e-3)
+        distance = np.where(known, edges.distance + step, edges.distance).astype(edges.distance.dtype)
+        across = known & (distance < 0)
+        seen = replace(
+            edges,
+            distance=np.abs(distance),
+            direction=np.where(across, edges.direction + np.float32(np.pi), edges.direction),
+            jump=np.where(across, -edges.jump, edges.jump),
+            light=np.where(across, 1 / np.maximum(edges.light, 1e-6), edges.light).astype(edges.light.dtype),
+        )
+        there = np.where(across, depth + edges.jump, depth).astype(depth.dtype)
+    return replace(view, depth=there, edges=seen)
