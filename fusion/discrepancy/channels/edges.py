@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,10 +10,10 @@ from scipy.special import chdtrc, logsumexp
 
 from fusion.discrepancy.channels.channel_step import ChannelStep
 from fusion.discrepancy.channels.noise_parameters import USUAL, with_value
-from fusion.discrepancy.decisions import CONFIDENCE, NOISE_ALONE, REPLICATED
+from fusion.discrepancy.decisions import CONFIDENCE, DETECTED, NOISE_ALONE, REPLICATED, SURE
 from fusion.discrepancy.inference.edge_places import EdgeFit, EdgePlaces
 from fusion.discrepancy.observe.observations import Observations
-from fusion.discrepancy.observe.rims import rims_of
+from fusion.discrepancy.observe.rims import acts_at_edges, rims_of
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
 from fusion.sensor.parameter import Parameter, parameters
@@ -23,6 +24,7 @@ Vector = NDArray[np.float64]
 SIZES = np.geomspace(1 / 8, 8, 13)  # of a typical size, that are tried
 TYPICAL = np.log(3.0)  # an effect that is there has its typical size to this factor (one standard deviation)
 MOST_STEPS = 2
+LARGEST_SET = 3  # names that a claim may have: more of them name nothing
 ONE = 0.8  # of all gain, that one placement may bring
 
 
@@ -58,14 +60,25 @@ class EdgeTried:
         return with_value(self.form.effect, self.form.parameter, float(self.sizes[self.best]))
 
     @property
-    def std(self) -> float:
-        """Of the size, where the chi2 has grown by one."""
+    def cost(self) -> float:
+        return self.fits[self.best].cost
+
+    def std(self, inflated: float) -> float:
+        """Of the size: where the chi2 has grown by one, and by how much it moves when a placement is left out."""
         costs = np.array([fit.cost for fit in self.fits])
-        near = self.sizes[costs < costs.min() + 1.0]
+        near = self.sizes[costs < costs.min() + inflated]
         order = np.sort(self.sizes)
         at = int(np.searchsorted(order, self.sizes[self.best]))
-        beside = order[max(at - 1, 0) : at + 2]
-        return float(max(np.ptp(near), np.ptp(beside) / 2) / 2)
+        grid = np.ptp(order[max(at - 1, 0) : at + 2]) / 4
+        count, without = len(self._without), self.sizes[self._without]
+        moved = np.sqrt((count - 1) / count * np.sum((without - without.mean()) ** 2))
+        return float(max(np.ptp(near) / 2, grid, moved))
+
+    @cached_property
+    def _without(self) -> NDArray[np.intp]:
+        """(placements,) number of the size that is best without each."""
+        table = np.array([fit.costs for fit in self.fits])
+        return np.argmin(table.sum(axis=1)[:, None] - table, axis=0)
 
     def evidence(self, inflated: float) -> float:
         """Logarithm of the marginal likelihood over sizes."""
@@ -78,18 +91,14 @@ class EdgeTried:
 
     def elsewhere(self) -> Vector:
         """(placements,) cost of each at the size that is best in all others."""
-        table = np.array([fit.costs for fit in self.fits])
-        others = table.sum(axis=1)[:, None] - table
-        return np.array([table[int(np.argmin(others[:, g])), g] for g in range(table.shape[1])])
+        return np.array([self.fits[k].costs[place] for place, k in enumerate(self._without)])
 
 
 def edge_steps(observations: Observations) -> tuple[Sensor, tuple[ChannelStep, ...]]:
     """The model with what its edges lack, and every step towards it; nothing where no edge is seen."""
-    sensor = observations.sensor
-    rims = tuple(one for one in map(rims_of, observations.patches) if one is not None)
-    if not rims:
+    sensor, places = observations.sensor, places_of(observations)
+    if places is None:
         return sensor, ()
-    places = EdgePlaces(rims, observations.loose.pose)
     now, steps = places.under(sensor), []
     for _ in range(MOST_STEPS):
         if now.cost <= NOISE_ALONE * places.telling:
@@ -103,55 +112,84 @@ def edge_steps(observations: Observations) -> tuple[Sensor, tuple[ChannelStep, .
     return sensor, tuple(step if agrees else replace(step, established=False) for step in steps)
 
 
+def places_of(observations: Observations) -> EdgePlaces | None:
+    """The edges of all blocks; None where none is seen."""
+    rims = tuple(one for one in map(rims_of, observations.patches) if one is not None)
+    return EdgePlaces(rims, observations.loose.pose) if rims else None
+
+
+def shown_at_edges(observations: Observations) -> set[str]:
+    """Names of effects that would show at the edges here, wherever these stand."""
+    sensor, places = observations.sensor, places_of(observations)
+    out: set[str] = set()
+    for form in () if places is None else _forms(sensor):
+        sizes = (0.0, form.usual)
+        without, within = (sensor.having(with_value(form.effect, form.parameter, size)) for size in sizes)
+        if form.name not in out and places.apart(without, within) > DETECTED**2:
+            out.add(form.name)
+    return out
+
+
+def edges_next(observations: Observations, step: ChannelStep) -> str:
+    """What to record so that look-alikes part at edges."""
+    places = places_of(observations)
+    if not step.alike or places is None:
+        return ""
+    if not places.opposite:
+        return "the same thing with two opposite edges in the picture: one alone may as well stand elsewhere"
+    return "the same edges from more places: nearer and farther, at other slants, level and upright"
+
+
 def _step(sensor: Sensor, places: EdgePlaces, now: EdgeFit) -> tuple[Sensor, ChannelStep, EdgeFit] | None:
     tried = [_tried(sensor, places, form) for form in _forms(sensor)]
     if not tried:
         return None
-    best = min(tried, key=lambda one: one.fits[one.best].cost)
-    fit = best.fits[best.best]
-    inflated = max(1.0, fit.cost / places.telling)
-    names = sorted({one.form.name for one in tried})
-    logs = {None: np.log(0.5) - 0.5 * now.cost / inflated}
-    for name in names:
-        own = [one.evidence(inflated) for one in tried if one.form.name == name]
-        logs[name] = float(logsumexp(own)) - np.log(len(own) * 2 * len(names))
-    whole = float(logsumexp(list(logs.values())))
-    chance = {name: float(np.exp(log - whole)) for name, log in logs.items()}
-    if chance[None] > 1 - CONFIDENCE:
+    by_name: dict[str, EdgeTried] = {}
+    for one in sorted(tried, key=lambda one: one.cost):
+        by_name.setdefault(one.form.name, one)
+    inflated = max(1.0, min(one.cost for one in tried) / places.telling)
+    nothing, chances = _posterior(tried, now, inflated)
+    if nothing > 1 - CONFIDENCE:
         return None
-    likely = sorted(names, key=lambda name: -chance[name])
-    told = [likely[: k + 1] for k in range(len(likely))]
-    said = next((some for some in told if sum(chance[name] for name in some) >= CONFIDENCE), likely)
-    best = min((one for one in tried if one.form.name == said[0]), key=lambda one: one.fits[one.best].cost)
-    fit = best.fits[best.best]
-    gain = (now.cost - fit.cost) / inflated
-    gains = now.costs - best.elsewhere()
-    again = len(gains) > 1 and gains.sum() > REPLICATED * (now.cost - fit.cost)
-    again = again and gains.max() < ONE * np.maximum(gains, 0).sum()
+    likely = sorted(chances, key=lambda name: -chances[name])
+    best = by_name[likely[0]]
+    # a name is told as long as it is in the set that is sure, or fits nearly as well at any size
+    sure = next(k for k in range(1, len(likely) + 1) if k == len(likely) or sum(map(chances.get, likely[:k])) >= CONFIDENCE)
+    alike = [name for k, name in enumerate(likely) if k and (k < sure or by_name[name].cost < best.cost + SURE * inflated)]
+    gain, gains = now.cost - best.cost, now.costs - best.elsewhere()
+    again = len(gains) > 1 and gains.sum() > REPLICATED * gain and gains.max() < ONE * np.maximum(gains, 0).sum()
+    name, std = best.form.parameter.name, best.std(inflated)
     step = ChannelStep(
         "edges",
         best.effect,
-        {best.form.parameter.name: best.std},
+        {name: std},
         best.form.held,
-        gain,
-        (now.cost - fit.cost) / now.cost,
-        float(min(1.0, len(tried) * len(SIZES) * chdtrc(1, max(gain, 0.0)))),
-        tuple(said[1:]),
-        established=bool(again and sum(chance[name] for name in said) >= CONFIDENCE),
+        gain / inflated,
+        gain / now.cost,
+        float(min(1.0, len(tried) * len(SIZES) * chdtrc(1, max(gain / inflated, 0.0)))),
+        tuple(alike),
+        established=bool(again and len(alike) < LARGEST_SET),
+        posterior=1.0 - nothing,
     )
     better = sensor.having(best.effect)
-    key = (best.effect.name, best.form.parameter.name)
-    return replace(better, std={**better.std, key: best.std}), step, fit
+    return replace(better, std={**better.std, (best.form.name, name): std}), step, best.fits[best.best]
+
+
+def _posterior(tried: Sequence[EdgeTried], now: EdgeFit, inflated: float) -> tuple[float, dict[str, float]]:
+    """Probability that nothing is missing, and of each name alone; as likely before as that any is."""
+    names = sorted({one.form.name for one in tried})
+    logs = [np.log(0.5) - 0.5 * now.cost / inflated]
+    for name in names:
+        own = [one.evidence(inflated) for one in tried if one.form.name == name]
+        logs.append(float(logsumexp(own)) - np.log(len(own) * 2 * len(names)))
+    chances = np.exp(np.array(logs) - logsumexp(logs))
+    return float(chances[0]), dict(zip(names, chances[1:].tolist(), strict=True))
 
 
 def _forms(sensor: Sensor) -> Iterator[EdgeForm]:
     """Numbers of effects that act at edges of what stands still, of the model or not."""
     for kind in EFFECTS:
-        if "edge" not in kind.variables or "velocity" in kind.variables:
-            continue
-        if not (kind.changes("bias") or kind.changes("noise")):
-            continue
-        if kind.principles and sensor.principle not in kind.principles:
+        if not acts_at_edges(kind) or (kind.principles and sensor.principle not in kind.principles):
             continue
         own = sensor.effect(kind.name)
         for about in parameters(kind).values():

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from fusion.discrepancy.decisions import FAR
 from fusion.discrepancy.inference.camera_file import USUAL_PX
-from fusion.discrepancy.observe.rims import BIN_PX, Rims
+from fusion.discrepancy.observe.rims import BIN_PX, Displacement, Rims
 from fusion.sensor.sensor import Sensor
 
 Vector = NDArray[np.float64]
@@ -63,7 +63,7 @@ class EdgePlaces:
     def prior(self) -> Vector:
         """(k,) standard deviations: of (u, v) [px] for each placement, of the camera's centre [px], of each outline [m].
 
-        What is stated is often too small: their tails are those of a Cauchy distribution.
+        What is stated of poses is often too small: their tails are those of a Cauchy distribution.
         """
         out = np.zeros(2 * len(self.placements) + 2 + len(self._shapes))
         for rims in self.rims:
@@ -76,7 +76,7 @@ class EdgePlaces:
         out[2 * len(self.placements) : 2 * len(self.placements) + 2] = USUAL_PX
         return out
 
-    def moved(self, rims: Rims, at: Vector) -> tuple[float, float, float]:
+    def moved(self, rims: Rims, at: Vector) -> Displacement:
         """By how much the edges of a block are displaced, as rims take it."""
         k, common = 2 * self.placements.index(rims.patch.block.place), 2 * len(self.placements)
         outline = at[common + 2 + self._shapes.index(rims.patch.block.stage.shape)] * rims.patch.view.camera.fx
@@ -123,16 +123,33 @@ class EdgePlaces:
             if turn == 0:  # how far edges stand apart as a whole, however steep they are
                 A, white = self._summed(off[0])
             else:
-                ends = np.cumsum([len(rims) for rims in self.rims])[:-1]
-                parts = zip(self.rims, np.split(best.profiles, ends, axis=1), strict=True)
-                slopes = np.concatenate([_slopes(rims, own, signed=True) for rims, own in parts], axis=1)
-                A = np.concatenate(-(slopes / self._sigma)[:, :, None] * self._towards_far)
-                white = np.concatenate(off / self._sigma)
+                A, white = self._straight(best.profiles), np.concatenate(off / self._sigma)
             tried = self._at(sensor, self._solved(A, white + A @ best.moved, best.moved))
             if turn and tried.cost >= best.cost - 0.1:
                 break
             best = min(best, tried, key=lambda fit: fit.cost)
         return best
+
+    def apart(self, one: Sensor, other: Sensor) -> float:
+        """Chi2 by which two models differ where no displacement makes one of the other."""
+        still = np.zeros(len(self.prior))
+        fit = self._at(one, still)
+        white = np.concatenate((self._at(other, still).profiles - fit.profiles) / self._sigma)
+        A = self._straight(fit.profiles)
+        left = white - A @ self._solved(A, white, still)
+        return float(left @ left)
+
+    @property
+    def opposite(self) -> bool:
+        """True where edges face both ways in one block."""
+        return any(np.any(np.isin((rims.side + 2) % 4, rims.side)) for rims in self.rims)
+
+    def _straight(self, profiles: Matrix) -> Matrix:
+        """(3 n, k) change of whitened profiles (3, n) by each unknown."""
+        ends = np.cumsum([len(rims) for rims in self.rims])[:-1]
+        parts = zip(self.rims, np.split(profiles, ends, axis=1), strict=True)
+        slopes = np.concatenate([_slopes(rims, own, signed=True) for rims, own in parts], axis=1)
+        return np.concatenate(-(slopes / self._sigma)[:, :, None] * self._towards_far)
 
     def _summed(self, off: Vector) -> tuple[Matrix, Vector]:
         """The displacement of each side of each block as one equation, to `ROUGH_PX`."""
@@ -145,8 +162,9 @@ class EdgePlaces:
         return np.array(rows), np.array([-BIN_PX * off[number == k].sum() / ROUGH_PX for k in used])
 
     def _solved(self, A: Matrix, white: Vector, at: Vector) -> Vector:
+        own = np.arange(len(at)) < 2 * len(self.placements)
         for _ in range(6):  # Cauchy tails as weights
-            weights = 2.0 / (self.prior**2 + at**2)
+            weights = np.where(own, 2.0 / (self.prior**2 + at**2), 1.0 / self.prior**2)
             at = np.linalg.solve(A.T @ A + np.diag(weights), A.T @ white)
         return np.asarray(at)
 
@@ -154,9 +172,10 @@ class EdgePlaces:
         profiles = np.concatenate([rims.predicted(sensor, self.moved(rims, at)) for rims in self.rims], axis=1)
         size = np.abs(self.recorded - profiles) / self._sigma
         tamed = np.where(size > FAR, 2 * FAR * size - FAR**2, size**2).sum(axis=0)
-        tails, own = 2 * np.log1p((at / self.prior) ** 2), 2 * len(self.placements)
+        squares, own = (at / self.prior) ** 2, 2 * len(self.placements)
+        tails = 2 * np.log1p(squares[:own])
         costs = np.bincount(self.place, weights=tamed, minlength=len(self.placements))
-        return EdgeFit(costs + tails[:own].reshape(-1, 2).sum(axis=1), float(tails[own:].sum()), at, profiles)
+        return EdgeFit(costs + tails.reshape(-1, 2).sum(axis=1), float(squares[own:].sum()), at, profiles)
 
 
 def _slopes(rims: Rims, profiles: Matrix, signed: bool = False) -> Matrix:

@@ -12,11 +12,13 @@ from numpy.typing import NDArray
 
 from fusion.discrepancy.observe.observations import Patch
 from fusion.discrepancy.observe.outliers import foreign
+from fusion.sensor.effect import Effect
 from fusion.sensor.sensor import Sensor
-from fusion.sensor.view import Image, View
+from fusion.sensor.view import Edges, Image, View
 
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
+Displacement = tuple[float, float, float]
 
 REACH_PX, CALM_PX = 8.0, 6.0  # how far edges are known, and from where on a side is its own level
 BIN_PX = 0.5
@@ -98,14 +100,22 @@ class Rims:
         total = np.bincount(number, weights=np.nan_to_num(values), minlength=len(self))
         return np.asarray(total / np.maximum(np.bincount(number, minlength=len(self)), 1))
 
-    def predicted(self, sensor: Sensor, moved: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Matrix:
-        """(3, n) what a sensor says where the edges stand elsewhere: by (u, v) [px], and away from the near thing [px m]."""
+    def predicted(self, sensor: Sensor, moved: Displacement = (0.0, 0.0, 0.0)) -> Matrix:
+        """(3, n) what a sensor says where the edges stand elsewhere: by (u, v) [px], and away from the near thing [px m].
+
+        What else a sensor does to a side is taken out with the level of the side.
+        """
         view = with_edges_at(self.patch.view, moved)
         assert view.depth is not None
-        # steps of rounding are far below a gap
-        sensor = replace(sensor, effects=tuple(effect for effect in sensor.effects if not effect.lattice))
+        acting = replace(sensor, effects=tuple(effect for effect in sensor.effects if acts_at_edges(type(effect))))
         with np.errstate(all="ignore"):
-            return self.profiles(*sensor.repeated(view.depth, view))
+            return self.profiles(*acting.repeated(view.depth, view))
+
+
+def acts_at_edges(kind: type[Effect]) -> bool:
+    """True of an effect that makes something else of a depth edge, also of one that stands still."""
+    acts = kind.changes("bias") or kind.changes("noise")
+    return acts and "edge" in kind.variables and "velocity" not in kind.variables
 
 
 def rims_of(patch: Patch) -> Rims | None:
@@ -148,25 +158,28 @@ def rims_of(patch: Patch) -> Rims | None:
                 np.column_stack(mean[:2]) / total[:, None], mean[2] / total)  # fmt: skip
 
 
-def with_edges_at(view: View, moved: tuple[float, float, float]) -> View:
+def with_edges_at(view: View, moved: Displacement) -> View:
     """A view whose edges stand elsewhere: by (u, v) [px], and away from the near thing by [px m] over its depth."""
     edges, depth = view.edges, view.depth
     assert edges is not None and depth is not None
     if not any(moved):
         return view
+    where = np.flatnonzero(np.isfinite(edges.distance) & np.isfinite(edges.jump) & (edges.jump != 0))
+    own, distance, direction, jump, light = (
+        image.ravel()[where] for image in (depth, edges.distance, edges.direction, edges.jump, edges.light)
+    )
+    away = np.where(jump > 0, moved[2], -moved[2]) / np.maximum(own + np.minimum(jump, 0), 1e-3)
+    distance = distance + moved[0] * np.cos(direction) + moved[1] * np.sin(direction) + away
+    across = distance < 0
     with np.errstate(all="ignore"):
-        known = np.isfinite(edges.distance) & (edges.jump != 0) & np.isfinite(edges.jump)
-        own = np.where(edges.jump > 0, 1.0, -1.0)
-        step = moved[0] * np.cos(edges.direction) + moved[1] * np.sin(edges.direction)
-        step = step + own * moved[2] / np.maximum(depth + np.minimum(edges.jump, 0), 1e-3)
-        distance = np.where(known, edges.distance + step, edges.distance).astype(edges.distance.dtype)
-        across = known & (distance < 0)
-        seen = replace(
-            edges,
-            distance=np.abs(distance),
-            direction=np.where(across, edges.direction + np.float32(np.pi), edges.direction),
-            jump=np.where(across, -edges.jump, edges.jump),
-            light=np.where(across, 1 / np.maximum(edges.light, 1e-6), edges.light).astype(edges.light.dtype),
+        seen = (
+            np.where(across, own + jump, own),
+            np.abs(distance),
+            np.where(across, direction + np.pi, direction),
+            np.where(across, -jump, jump),
+            np.where(across, 1 / light, light),
         )
-        there = np.where(across, depth + edges.jump, depth).astype(depth.dtype)
-    return replace(view, depth=there, edges=seen)
+    images = [image.copy() for image in (depth, edges.distance, edges.direction, edges.jump, edges.light)]
+    for image, values in zip(images, seen, strict=True):
+        image.flat[where] = values
+    return replace(view, depth=images[0], edges=Edges(*images[1:]))
