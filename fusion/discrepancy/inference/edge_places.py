@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from fusion.discrepancy.decisions import FAR
 from fusion.discrepancy.inference.camera_file import USUAL_PX
-from fusion.discrepancy.observe.rims import BIN_PX, Displacement, Rims
+from fusion.discrepancy.observe.rims import BIN_PX, SIDES, Displaced, Rims
 from fusion.sensor.sensor import Sensor
 
 Vector = NDArray[np.float64]
@@ -17,6 +17,7 @@ Matrix = NDArray[np.float64]
 OUTLINE_M = 0.001  # by which a thing is larger than its mesh, where nobody said: sawn and measured by hand (guess)
 ROUGH_PX = 0.1  # by which a straight edge is not straight, and rays not those of the file (guess)
 LEFT = 0.01  # of a gap: what a model of one side leaves open
+OWN = 3  # unknowns of a placement
 TURNS = 4  # steps of Gauss and Newton
 
 
@@ -61,36 +62,37 @@ class EdgePlaces:
 
     @cached_property
     def prior(self) -> Vector:
-        """(k,) standard deviations: of (u, v) [px] for each placement, of the camera's centre [px], of each outline [m].
+        """(k,) standard deviations: of u, v [px] and turn [rad] of each placement, of the camera's centre [px], of each
+        outline [m].
 
         What is stated of poses is often too small: their tails are those of a Cauchy distribution.
         """
-        out = np.zeros(2 * len(self.placements) + 2 + len(self._shapes))
+        out = np.zeros(OWN * len(self.placements) + 2 + len(self._shapes))
         for rims in self.rims:
             stage, focal = rims.patch.block.stage, rims.patch.view.camera.fx
             off = focal * np.hypot(stage.sigma_rad, stage.sigma_m / float(np.median(rims.depth)))
-            k = 2 * self.placements.index(rims.patch.block.place)
-            out[k : k + 2] = np.maximum(out[k : k + 2], self.factor * off)
+            k = OWN * self.placements.index(rims.patch.block.place)
+            out[k : k + OWN] = np.maximum(out[k : k + OWN], self.factor * np.array([off, off, stage.sigma_rad]))
             known = stage.mesh_sigma_m
             out[-1 - self._shapes[::-1].index(stage.shape)] = OUTLINE_M if known is None else np.hypot(known, OUTLINE_M)
-        out[2 * len(self.placements) : 2 * len(self.placements) + 2] = USUAL_PX
+        out[OWN * len(self.placements) :][:2] = USUAL_PX
         return out
 
-    def moved(self, rims: Rims, at: Vector) -> Displacement:
+    def moved(self, rims: Rims, at: Vector) -> Displaced:
         """By how much the edges of a block are displaced, as rims take it."""
-        k, common = 2 * self.placements.index(rims.patch.block.place), 2 * len(self.placements)
+        k, common = OWN * self.placements.index(rims.patch.block.place), OWN * len(self.placements)
         outline = at[common + 2 + self._shapes.index(rims.patch.block.stage.shape)] * rims.patch.view.camera.fx
-        return float(at[k] + at[common]), float(at[k + 1] + at[common + 1]), float(outline)
+        return Displaced(float(at[k] + at[common]), float(at[k + 1] + at[common + 1]), float(at[k + 2]), float(outline))
 
     @cached_property
     def _towards_far(self) -> Matrix:
         """(n, k) displacement of each bin's edge towards the far side [px] by each unknown."""
         out = np.zeros((len(self.place), len(self.prior)))
-        start, common = 0, 2 * len(self.placements)
+        start, common = 0, OWN * len(self.placements)
         for rims in self.rims:
             rows = slice(start, start + len(rims))
-            k = 2 * self.placements.index(rims.patch.block.place)
-            out[rows, k : k + 2] = out[rows, common : common + 2] = rims.normal
+            k = OWN * self.placements.index(rims.patch.block.place)
+            out[rows, k : k + OWN], out[rows, common : common + 2] = rims.normal, rims.normal[:, :2]
             shape = common + 2 + self._shapes.index(rims.patch.block.stage.shape)
             out[rows, shape] = rims.patch.view.camera.fx / rims.depth
             start += len(rims)
@@ -142,7 +144,7 @@ class EdgePlaces:
     @property
     def opposite(self) -> bool:
         """True where edges face both ways in one block."""
-        return any(np.any(np.isin((rims.side + 2) % 4, rims.side)) for rims in self.rims)
+        return any(np.any(np.isin((rims.side // 2 + 2) % 4, rims.side // 2)) for rims in self.rims)
 
     def _straight(self, profiles: Matrix) -> Matrix:
         """(3 n, k) change of whitened profiles (3, n) by each unknown."""
@@ -155,14 +157,14 @@ class EdgePlaces:
         """The displacement of each side of each block as one equation, to `ROUGH_PX`."""
         number, start = np.zeros(len(off), np.intp), 0
         for k, rims in enumerate(self.rims):
-            number[start : start + len(rims)] = 4 * k + rims.side
+            number[start : start + len(rims)] = SIDES * k + rims.side
             start += len(rims)
         used = np.unique(number)
         rows = [self._towards_far[number == k].mean(axis=0) / ROUGH_PX for k in used]
         return np.array(rows), np.array([-BIN_PX * off[number == k].sum() / ROUGH_PX for k in used])
 
     def _solved(self, A: Matrix, white: Vector, at: Vector) -> Vector:
-        own = np.arange(len(at)) < 2 * len(self.placements)
+        own = np.arange(len(at)) < OWN * len(self.placements)
         for _ in range(6):  # Cauchy tails as weights
             weights = np.where(own, 2.0 / (self.prior**2 + at**2), 1.0 / self.prior**2)
             at = np.linalg.solve(A.T @ A + np.diag(weights), A.T @ white)
@@ -172,10 +174,10 @@ class EdgePlaces:
         profiles = np.concatenate([rims.predicted(sensor, self.moved(rims, at)) for rims in self.rims], axis=1)
         size = np.abs(self.recorded - profiles) / self._sigma
         tamed = np.where(size > FAR, 2 * FAR * size - FAR**2, size**2).sum(axis=0)
-        squares, own = (at / self.prior) ** 2, 2 * len(self.placements)
+        squares, own = (at / self.prior) ** 2, OWN * len(self.placements)
         tails = 2 * np.log1p(squares[:own])
         costs = np.bincount(self.place, weights=tamed, minlength=len(self.placements))
-        return EdgeFit(costs + tails.reshape(-1, 2).sum(axis=1), float(squares[own:].sum()), at, profiles)
+        return EdgeFit(costs + tails.reshape(-1, OWN).sum(axis=1), float(squares[own:].sum()), at, profiles)
 
 
 def _slopes(rims: Rims, profiles: Matrix, signed: bool = False) -> Matrix:

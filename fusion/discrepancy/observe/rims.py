@@ -6,6 +6,7 @@ the edge stands is not known, so predictions are made for edges that are moved.
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,16 +19,25 @@ from fusion.sensor.view import Edges, Image, View
 
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
-Displacement = tuple[float, float, float]
 
 REACH_PX, CALM_PX = 8.0, 6.0  # how far edges are known, and from where on a side is its own level
 BIN_PX = 0.5
 BINS = int(2 * CALM_PX / BIN_PX)  # of a profile, the near side first
-SIDES = 4  # where the far side lies: to the right, below, to the left, above
+SIDES = 8  # where the far side lies: to the right, below, to the left, above; each in two halves along the edge
 FEWEST = 6  # pixels of a bin
 SEEN = 0.5  # of the pixels of a bin that have a value: fewer are chosen, not seen
 LEAST_GAP = 0.02  # of the depth: less is no edge
 CLEAR = 10.0  # standard deviations of a pixel that a gap must have at least
+
+
+class Displaced(NamedTuple):
+    """How far edges stand from where they are said to: to the right and down [px], turned about the axis [rad], and away
+    from the near thing [px m] over its depth."""
+
+    u: float = 0.0
+    v: float = 0.0
+    roll: float = 0.0
+    outline: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -39,8 +49,8 @@ class Rims:
         label: (h, w) number of the bin of a pixel, -1 without one.
         calm: (h, w) number of the side (two for each direction) that a pixel tells the level of, -1 without one.
         near, gap: (h, w) depth [m] of the near side, and how much farther the far one is.
-        side, at: (n,) direction (0 to 3) and signed distance [px] of a bin, positive on the far side.
-        normal: (n, 2) mean direction to the far side (u, v).
+        side, at: (n,) direction and half, and signed distance [px] of a bin, positive on the far side.
+        normal: (n, 3) mean direction to the far side (u, v), and how far a turn about the axis moves it there [px].
         depth: (n,) [m] of the near side.
     """
 
@@ -100,8 +110,8 @@ class Rims:
         total = np.bincount(number, weights=np.nan_to_num(values), minlength=len(self))
         return np.asarray(total / np.maximum(np.bincount(number, minlength=len(self)), 1))
 
-    def predicted(self, sensor: Sensor, moved: Displacement = (0.0, 0.0, 0.0)) -> Matrix:
-        """(3, n) what a sensor says where the edges stand elsewhere: by (u, v) [px], and away from the near thing [px m].
+    def predicted(self, sensor: Sensor, moved: Displaced = Displaced()) -> Matrix:
+        """(3, n) what a sensor says where the edges stand elsewhere.
 
         What else a sensor does to a side is taken out with the level of the side.
         """
@@ -109,7 +119,9 @@ class Rims:
         assert view.depth is not None
         acting = replace(sensor, effects=tuple(effect for effect in sensor.effects if acts_at_edges(type(effect))))
         with np.errstate(all="ignore"):
-            return self.profiles(*acting.repeated(view.depth, view))
+            place, between, square = self.profiles(*acting.repeated(view.depth, view))
+        # pixels that jump are on one side in each of the few frames
+        return np.array([place, between - square / len(self.patch.block.frames), square])
 
 
 def acts_at_edges(kind: type[Effect]) -> bool:
@@ -133,7 +145,9 @@ def rims_of(patch: Patch) -> Rims | None:
     far = jump < 0
     # of a far pixel the edge lies towards the near thing
     angle = edges.direction + np.where(far, np.pi, 0.0)
-    side = np.rint(angle / (np.pi / 2)).astype(np.intp) % SIDES
+    x, y = np.broadcast_arrays(view.u - view.camera.cx, view.v - view.camera.cy)
+    side = np.rint(angle / (np.pi / 2)).astype(np.intp) % 4
+    side = 2 * side + (np.where(side % 2, x, y) > 0)
     signed = np.where(far, edges.distance, -edges.distance)
     strange = foreign(np.where(edges.distance < REACH_PX, np.nan, block.mean), patch.predicted, depth)
     there = beside & ~strange
@@ -152,14 +166,15 @@ def rims_of(patch: Patch) -> Rims | None:
     if not kept.any():
         return None
     label = np.where(inside & seen & kept[number], (np.cumsum(kept) - 1)[number], -1)
-    mean = [np.bincount(label[label >= 0], weights=x[label >= 0]) for x in (np.cos(angle), np.sin(angle), near)]
-    total = np.bincount(label[label >= 0])
+    cos, sin, used = np.cos(angle), np.sin(angle), label >= 0
+    mean = [np.bincount(label[used], weights=image[used]) for image in (cos, sin, x * sin - y * cos, near)]
+    total = np.bincount(label[used])
     return Rims(patch, label, calm, near, np.where(gap > 0, gap, np.nan), (place // BINS)[kept], at[kept],
-                np.column_stack(mean[:2]) / total[:, None], mean[2] / total)  # fmt: skip
+                np.column_stack(mean[:3]) / total[:, None], mean[3] / total)  # fmt: skip
 
 
-def with_edges_at(view: View, moved: Displacement) -> View:
-    """A view whose edges stand elsewhere: by (u, v) [px], and away from the near thing by [px m] over its depth."""
+def with_edges_at(view: View, moved: Displaced) -> View:
+    """A view whose edges stand elsewhere; what they leave or reach changes the side."""
     edges, depth = view.edges, view.depth
     assert edges is not None and depth is not None
     if not any(moved):
@@ -168,8 +183,10 @@ def with_edges_at(view: View, moved: Displacement) -> View:
     own, distance, direction, jump, light = (
         image.ravel()[where] for image in (depth, edges.distance, edges.direction, edges.jump, edges.light)
     )
-    away = np.where(jump > 0, moved[2], -moved[2]) / np.maximum(own + np.minimum(jump, 0), 1e-3)
-    distance = distance + moved[0] * np.cos(direction) + moved[1] * np.sin(direction) + away
+    y, x = np.divmod(where, depth.shape[1])
+    u, v = moved.u - moved.roll * (y - view.camera.cy), moved.v + moved.roll * (x - view.camera.cx)
+    away = np.where(jump > 0, moved.outline, -moved.outline) / np.maximum(own + np.minimum(jump, 0), 1e-3)
+    distance = distance + u * np.cos(direction) + v * np.sin(direction) + away
     across = distance < 0
     with np.errstate(all="ignore"):
         seen = (
