@@ -2,8 +2,8 @@
 
     python -m tools.reproduce.edge_nulls -o OUT --seeds 1 2 4
 
-Each case is spoiled in one way in which recordings are: poses, camera file, mesh, rounding. Names of effects that act at
-depth edges are counted, established and indicated; there is nothing to name.
+Each case is spoiled in one way in which recordings are: poses, camera file, mesh, rounding, shaking. Names of effects
+that act at depth edges are counted, established and indicated; there is nothing to name.
 """
 
 import argparse
@@ -22,16 +22,17 @@ import numpy as np
 from fusion.discrepancy.explain import explain
 from fusion.recording.cameras.presets import find_camera
 from fusion.recording.open import open_recording
-from fusion.recording.recording import Frame
 from fusion.recording.writing.write import write_recording
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects.optics.defocus import Defocus
 from fusion.sensor.effects.phase.mixed_pixels import MixedPixels
 from fusion.sensor.effects.readout.lateral_noise import LateralNoise
+from fusion.sensor.effects.rig.pose_jitter import PoseJitter
 from fusion.sensor.effects.triangulation.edge_fattening import EdgeFattening
 from fusion.sensor.sensor import Sensor
-from fusion.simulation.scene.scene import Scene, StatedPoses
+from fusion.simulation.scene.scene import Scene
 from fusion.simulation.scenes import built_in
+from fusion.simulation.scenes.panel import SURVEY_M, SURVEY_RAD
 from fusion.simulation.simulate import simulate
 from fusion.simulation.write import write_simulation
 from tools.reproduce.named_effects import NOISE, SMALL, Principle
@@ -50,13 +51,14 @@ class Null:
     name: str
     effects: tuple[Effect, ...] = ()  # that the camera has and the model knows
     scene: str = "step"
+    hidden: tuple[Effect, ...] = ()  # that are none of edges, and the model lacks
     spoiled: Callable[[Scene], Scene] | None = None  # what is recorded, beside what is stated
     after: Callable[[Path], None] | None = None  # what becomes of the files
 
 
 def _worse_poses(scene: Scene) -> Scene:
-    stated = scene.poses
-    return replace(scene, poses=StatedPoses(stated.source, MANY * stated.sigma_m, MANY * stated.sigma_rad))
+    assert scene.poses is not None
+    return replace(scene, poses=replace(scene.poses, sigma_m=MANY * SURVEY_M, sigma_rad=MANY * SURVEY_RAD))
 
 
 def _wider(scene: Scene) -> Scene:
@@ -75,7 +77,7 @@ def _other_centre(folder: Path) -> None:
 
 def _coarse(folder: Path) -> None:
     recording = open_recording(folder)
-    frames = [frame for frame in recording]
+    frames = list(recording)
     rounded = [replace(f, depth=(np.rint(f.depth / STEP_M) * STEP_M).astype(np.float32)) for f in frames]
     kept = [folder / name for name in ("scene.json", "scene.ply", "groundtruth.txt")]
     texts = [(file, file.read_bytes()) for file in kept if file.exists()]
@@ -99,6 +101,9 @@ NULLS = (
     Null("cx off by 1 px, defocus known", (Defocus(width=0.7),), after=_other_centre),
     Null("board 1 mm wider to each side", spoiled=_wider),
     Null("board 1 mm wider to each side, fattening known", (EdgeFattening(window_px=5.0),), spoiled=_wider),
+    Null("frames shaken by 1 mm and 1 mrad", hidden=(PoseJitter(sigma_m=0.001, sigma_rad=0.001),)),
+    Null("frames shaken by 5 mm and 3 mrad", hidden=(PoseJitter(sigma_m=0.005, sigma_rad=0.003),)),
+    Null("frames shaken by 1 mm to the sides only", hidden=(PoseJitter(sigma_m=0.001),)),
     Null("depth in steps of 20 mm", after=_coarse),
 )
 
@@ -117,9 +122,10 @@ def main() -> int:
             asked += 1
             told[0] += bool(established)
             told[1] += bool(indicated)
-            said = "; ".join(filter(None, [", ".join(established), ("(" + ", ".join(indicated) + ")") * bool(indicated)]))
             sides = "two edges" if width else "one edge"
-            print(f"{null.name:<50} {principle:<17} {sides:<10} {seed:3d}  {said or '-'}", flush=True)
+            said = [f"established: {', '.join(established)}"] * bool(established)
+            said += [f"indicated: {', '.join(indicated)}"] * bool(indicated)
+            print(f"{null.name:<50} {principle:<17} {sides:<10} {seed:3d}  {'; '.join(said) or '-'}", flush=True)
     print(f"{asked} nulls: {told[0]} with a claim, {told[1]} with an indication")
     return 0
 
@@ -127,9 +133,9 @@ def main() -> int:
 def _asked(part: str) -> Iterator[tuple[Null, Principle, float]]:
     for null in NULLS:
         for principle in (FLIGHT, LIGHT):
-            own = [kind for kind in map(type, null.effects) if kind.principles and principle not in kind.principles]
-            mixes = any(isinstance(effect, MixedPixels) for effect in null.effects)
-            if part in null.name and not own and not (mixes and principle == LIGHT):
+            mixed = any(isinstance(effect, MixedPixels) for effect in null.effects)
+            other = [effect for effect in null.effects if effect.principles and principle not in effect.principles]
+            if part in null.name and not other and not (mixed and principle == LIGHT):
                 for width in (0.0, WIDTH_M) if null.scene == "step" else (0.0,):
                     yield null, principle, width
 
@@ -141,6 +147,9 @@ def _names(null: Null, principle: Principle, width: float, seed: int, output: Pa
     sensor = Sensor(name="model", principle=principle, effects=(NOISE[principle],))
     for effect in null.effects:
         sensor = sensor.having(effect)
+    made_with = sensor
+    for effect in null.hidden:
+        made_with = made_with.having(effect)
     folder = output / "case"
     shutil.rmtree(folder, ignore_errors=True)
     for number, distance in enumerate(DISTANCES_M):
@@ -150,7 +159,7 @@ def _names(null: Null, principle: Principle, width: float, seed: int, output: Pa
         stated = replace(built_in(null.scene, settings), camera=camera)
         one = folder / f"rec_{number}"
         seen = stated if null.spoiled is None else null.spoiled(stated)
-        write_simulation(one, simulate(seen, sensor, 1000 * seed + number))
+        write_simulation(one, simulate(seen, made_with, 1000 * seed + number))
         if null.spoiled is not None:
             write_simulation(output / "stated", simulate(stated, sensor))
             for file in ("scene.json", "scene.ply"):

@@ -24,6 +24,7 @@ Vector = NDArray[np.float64]
 SIZES = np.geomspace(1 / 8, 8, 13)  # of a typical size, that are tried
 TYPICAL = np.log(3.0)  # an effect that is there has its typical size to this factor (one standard deviation)
 MOST_STEPS = 2
+MOST_SHAKEN_PX = 0.5  # from frame to frame: beyond, mean and scatter of a pixel are of no place
 LARGEST_SET = 3  # names that a claim may have: more of them name nothing
 ONE = 0.8  # of all gain, that one placement may bring
 
@@ -114,7 +115,8 @@ def edge_steps(observations: Observations) -> tuple[Sensor, tuple[ChannelStep, .
 
 def places_of(observations: Observations) -> EdgePlaces | None:
     """The edges of all blocks; None where none is seen."""
-    rims = tuple(one for one in map(rims_of, observations.patches) if one is not None)
+    every = (one for one in map(rims_of, observations.patches) if one is not None)
+    rims = tuple(one for one in every if np.max(one.shaken) < MOST_SHAKEN_PX)
     return EdgePlaces(rims, observations.loose.pose) if rims else None
 
 
@@ -122,7 +124,9 @@ def shown_at_edges(observations: Observations) -> set[str]:
     """Names of effects that would show at the edges here, wherever these stand."""
     sensor, places = observations.sensor, places_of(observations)
     out: set[str] = set()
-    for form in () if places is None else _forms(sensor):
+    if places is None:
+        return out
+    for form in _forms(sensor):
         sizes = (0.0, form.usual)
         without, within = (sensor.having(with_value(form.effect, form.parameter, size)) for size in sizes)
         if form.name not in out and places.apart(without, within) > DETECTED**2:
@@ -154,8 +158,9 @@ def _step(sensor: Sensor, places: EdgePlaces, now: EdgeFit) -> tuple[Sensor, Cha
     likely = sorted(chances, key=lambda name: -chances[name])
     best = by_name[likely[0]]
     # a name is told as long as it is in the set that is sure, or fits nearly as well at any size
-    sure = next(k for k in range(1, len(likely) + 1) if k == len(likely) or sum(map(chances.get, likely[:k])) >= CONFIDENCE)
-    alike = [name for k, name in enumerate(likely) if k and (k < sure or by_name[name].cost < best.cost + SURE * inflated)]
+    before = np.cumsum([0.0, *(chances[name] for name in likely)])
+    near = (by_name[name].cost < best.cost + SURE * inflated for name in likely)
+    alike = [name for name, sum_, fits in zip(likely, before, near, strict=False) if sum_ < CONFIDENCE or fits][1:]
     gain, gains = now.cost - best.cost, now.costs - best.elsewhere()
     again = len(gains) > 1 and gains.sum() > REPLICATED * gain and gains.max() < ONE * np.maximum(gains, 0).sum()
     name, std = best.form.parameter.name, best.std(inflated)

@@ -113,7 +113,9 @@ class EdgePlaces:
     @cached_property
     def _sigma(self) -> Matrix:
         """(3, n) from what was recorded: the same under every model."""
-        wander = ROUGH_PX * np.concatenate([_slopes(rims, rims.recorded) for rims in self.rims], axis=1)
+        slopes = np.concatenate([_slopes(rims, rims.recorded) for rims in self.rims], axis=1)
+        # where frames shake, pixels beside an edge are on both sides of it
+        wander = np.hypot(ROUGH_PX * slopes, np.concatenate([rims.shaken for rims in self.rims]) * slopes[0])
         doubt = np.concatenate([rims.doubt for rims in self.rims], axis=1)
         return np.asarray(np.sqrt(doubt**2 + wander**2 + LEFT**2))
 

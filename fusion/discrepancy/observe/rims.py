@@ -31,8 +31,8 @@ CLEAR = 10.0  # standard deviations of a pixel that a gap must have at least
 
 
 class Displaced(NamedTuple):
-    """How far edges stand from where they are said to: to the right and down [px], turned about the axis [rad], and away
-    from the near thing [px m] over its depth."""
+    """How far edges stand from where they are said to: to the right and down [px], turned about the axis [rad], and
+    away from the near thing [px m] over its depth."""
 
     u: float = 0.0
     v: float = 0.0
@@ -93,6 +93,27 @@ class Rims:
         squares = [self._means((part - mean[number]) ** 2) for part, mean in zip(parts, self.recorded, strict=True)]
         return np.asarray(np.sqrt(np.array(squares) / np.maximum(count - 1, 1)))
 
+    @cached_property
+    def shaken(self) -> Vector:
+        """(n,) standard deviation [px] of what edges of the direction of each bin move together from frame to frame.
+
+        Of pixels that jump each for itself as much as their number lets a mean wander is no common motion.
+        """
+        block, out = self.patch.block, np.zeros(len(self))
+        recording = getattr(block.stage, "recording", None)
+        if recording is None or len(block.frames) < 2:
+            return out
+        frames = (np.where(np.isfinite(depth := recording[i].depth), depth, block.mean) for i in block.frames)
+        places = np.array([self._means(self._in_gaps(frame, block.std)[0]) for frame in frames])
+        alone = self.recorded[2] / np.bincount(self._used[1], minlength=len(self))
+        for axis in (0, 1):
+            beyond = []
+            for side in np.unique(self.side[self.side // 2 % 2 == axis]):
+                own = self.side == side
+                beyond.append(np.var(BIN_PX * places[:, own].sum(axis=1), ddof=1) - BIN_PX**2 * alone[own].sum())
+            out[self.side // 2 % 2 == axis] = np.sqrt(max(float(np.mean(beyond)), 0.0)) if beyond else 0.0
+        return out
+
     def _in_gaps(self, mean: Image, sigma: Image) -> tuple[Vector, Vector, Vector]:
         used, number, calm, level = self._used
         gap = self.gap.ravel()
@@ -110,7 +131,7 @@ class Rims:
         total = np.bincount(number, weights=np.nan_to_num(values), minlength=len(self))
         return np.asarray(total / np.maximum(np.bincount(number, minlength=len(self)), 1))
 
-    def predicted(self, sensor: Sensor, moved: Displaced = Displaced()) -> Matrix:
+    def predicted(self, sensor: Sensor, moved: Displaced) -> Matrix:
         """(3, n) what a sensor says where the edges stand elsewhere.
 
         What else a sensor does to a side is taken out with the level of the side.
@@ -161,7 +182,7 @@ def rims_of(patch: Patch) -> Rims | None:
     calm = np.where(seen & (edges.distance >= CALM_PX), 2 * side + far, -1)
     levels = np.bincount(calm[calm >= 0], minlength=2 * SIDES) >= FEWEST
     place = np.arange(every)
-    at = (place % BINS + 0.5) * BIN_PX - CALM_PX
+    at = np.asarray((place % BINS + 0.5) * BIN_PX - CALM_PX, float)
     kept &= levels[2 * (place // BINS) + (at > 0)]
     if not kept.any():
         return None

@@ -69,8 +69,9 @@ def step(
     """a near plate before a wall, its edge slanted, or both edges of one so wide: edge blur, mixed pixels, shadow"""
     lean = np.tan(np.deg2rad(slant_deg))
     # the plate covers the camera's left half, or its middle: +y of the world is to its right
-    left, right = ((-4.0, -4.0), 0.0) if not width_m else ((-width_m / 2 - 3 * lean, -width_m / 2 + 3 * lean), width_m / 2)
-    corners = [(left[0], -3), (right - 3 * lean, -3), (right + 3 * lean, 3), (left[1], 3)]
+    half, far = width_m / 2, -4.0
+    left = [(-half - 3 * lean, -3), (-half + 3 * lean, 3)] if width_m else [(far, -3), (far, 3)]
+    corners = [left[0], (half - 3 * lean, -3), (half + 3 * lean, 3), left[1]]
     near = panel([(step_m, y, z) for y, z in corners], near_reflectance)
     return Scene(
         name="step",
