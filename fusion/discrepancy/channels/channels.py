@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 
 from fusion.discrepancy.channels.channel_step import ChannelStep
 from fusion.discrepancy.channels.dropout import dropout_steps
-from fusion.discrepancy.channels.edges import edge_steps
 from fusion.discrepancy.channels.lattice import lattice_steps
 from fusion.discrepancy.channels.noise import noise_steps
+from fusion.discrepancy.edges.steps import edge_steps
 from fusion.discrepancy.observe.frame_block import FrameBlock
 from fusion.discrepancy.observe.observations import Observations
 from fusion.sensor.sensor import Sensor

@@ -3,7 +3,7 @@
 import numpy as np
 
 from fusion.discrepancy.channels.channel_step import ChannelStep
-from fusion.discrepancy.channels.edges import edges_next
+from fusion.discrepancy.edges.steps import edges_next
 from fusion.discrepancy.explain import Explanation
 from fusion.discrepancy.verdict.claim import Claim, ClaimedNumber, ClaimEvidence, LawForm, Where
 from fusion.discrepancy.verdict.claimed import claimed, variables_said

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
-from fusion.discrepancy.channels.edges import shown_at_edges
 from fusion.discrepancy.decisions import CONFIDENCE, SPREAD_FRAMES
+from fusion.discrepancy.edges.steps import shown_at_edges
 from fusion.discrepancy.explain import Explanation
 from fusion.discrepancy.inference.identifiability import NOT_SIZES, Identifiability, unseen
 from fusion.discrepancy.naming.search.candidates import Candidate

@@ -155,7 +155,7 @@ def rims_of(patch: Patch) -> Rims | None:
     """The rims of a block; None where no edge of a known place is seen."""
     view, block = patch.view, patch.block
     edges, depth = view.edges, patch.depth
-    if edges is None or block.stage.reconstructed or not np.any(edges.distance < REACH_PX):
+    if edges is None or not np.any(edges.distance < REACH_PX) or block.stage.reconstructed:
         return None
     with np.errstate(all="ignore"):
         jump = np.where(edges.distance < REACH_PX, edges.jump, 0.0)

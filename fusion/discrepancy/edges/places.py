@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.decisions import FAR
+from fusion.discrepancy.edges.rims import BIN_PX, SIDES, Displaced, Rims
 from fusion.discrepancy.inference.camera_file import USUAL_PX
-from fusion.discrepancy.observe.rims import BIN_PX, SIDES, Displaced, Rims
 from fusion.sensor.sensor import Sensor
 
 Vector = NDArray[np.float64]
@@ -18,7 +18,7 @@ OUTLINE_M = 0.001  # by which a thing is larger than its mesh, where nobody said
 ROUGH_PX = 0.1  # by which a straight edge is not straight, and rays not those of the file (guess)
 LEFT = 0.01  # of a gap: what a model of one side leaves open
 OWN = 3  # unknowns of a placement
-TURNS = 4  # steps of Gauss and Newton
+TURNS = 12  # steps of Gauss and Newton at most
 
 
 @dataclass(frozen=True)

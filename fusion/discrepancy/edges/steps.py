@@ -11,9 +11,9 @@ from scipy.special import chdtrc, logsumexp
 from fusion.discrepancy.channels.channel_step import ChannelStep
 from fusion.discrepancy.channels.noise_parameters import USUAL, with_value
 from fusion.discrepancy.decisions import CONFIDENCE, DETECTED, NOISE_ALONE, REPLICATED, SURE
-from fusion.discrepancy.inference.edge_places import EdgeFit, EdgePlaces
+from fusion.discrepancy.edges.places import EdgeFit, EdgePlaces
+from fusion.discrepancy.edges.rims import acts_at_edges, rims_of
 from fusion.discrepancy.observe.observations import Observations
-from fusion.discrepancy.observe.rims import acts_at_edges, rims_of
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
 from fusion.sensor.parameter import Parameter, parameters
