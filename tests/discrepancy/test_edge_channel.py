@@ -1,6 +1,7 @@
 """Across depth edges effects are named by what they make of a step, wherever the step stands."""
 
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -19,6 +20,14 @@ from fusion.sensor.view import Edges
 
 SLANT = np.deg2rad(5.0)
 NEAR_M, GAP_M, WIDE_M = (0.7, 0.9, 1.2, 1.5, 1.9), 0.3, 0.3
+
+
+class Taken(list):
+    """Frames of a recording that was never written."""
+
+    def __init__(self, place, frames):
+        super().__init__(frames)
+        self.path, self.camera = Path(f"board_{place}"), replace(view_of("itof", (1.0, 0, 0), 0).camera)
 
 
 def board_view(principle, place, sides, right=0.0, wider=0.0):
@@ -59,7 +68,7 @@ def boards(made_with, sides=2, seed=1, moved=lambda place, rng: {}, shaken=0.0):
         frames = np.array(frames)
         stage = SimpleNamespace(
             place=place, sigma_m=0.0005, sigma_rad=0.0005, mesh_sigma_m=None, caster=None, reconstructed=False,
-            shape="board", recording=[SimpleNamespace(depth=frame) for frame in frames],
+            shape="board", table=None, recording=Taken(place, [SimpleNamespace(depth=frame) for frame in frames]),
         )  # fmt: skip
         count = np.isfinite(frames).sum(axis=0).astype(np.int32)
         stated = board_view(made_with.principle, place, sides)

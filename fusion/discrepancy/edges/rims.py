@@ -116,15 +116,11 @@ class Rims:
 
     def _in_gaps(self, mean: Image, sigma: Image) -> tuple[Vector, Vector, Vector]:
         used, number, calm, level = self._used
-        gap = self.gap.ravel()
-        off = ((mean - self.near).ravel()[calm] / gap[calm]) - (level % 2)
-        known = np.isfinite(off)
-        total = np.bincount(level[known], weights=off[known], minlength=2 * SIDES)
-        base = total / np.maximum(np.bincount(level[known], minlength=2 * SIDES), 1)
         own = 2 * self.side[number] + (self.at[number] > 0)
-        share = np.asarray((mean - self.near).ravel()[used] / gap[used] - base[own], float)
-        square = (np.broadcast_to(sigma, self.gap.shape).ravel()[used] / gap[used]) ** 2
-        return share, share * (1 - share), np.asarray(np.nan_to_num(square), float)
+        place = ((mean - self.near) / self.gap).ravel()
+        square = np.square(sigma / self.gap).ravel()
+        share = place[used] - _levels(place[calm] - level % 2, level)[own]
+        return share, share * (1 - share), square[used] - _levels(square[calm], level)[own]
 
     def _means(self, values: Vector) -> Vector:
         number = self._used[1]
@@ -145,6 +141,13 @@ class Rims:
         return np.array([place, between - square / len(self.patch.block.frames), square])
 
 
+def _levels(values: Image, level: NDArray[np.intp]) -> Vector:
+    """(2 SIDES,) mean of the values (k,) of each level, where there are any."""
+    known = np.isfinite(values)
+    total = np.bincount(level[known], weights=values[known], minlength=2 * SIDES)
+    return np.asarray(total / np.maximum(np.bincount(level[known], minlength=2 * SIDES), 1))
+
+
 def acts_at_edges(kind: type[Effect]) -> bool:
     """True of an effect that makes something else of a depth edge, also of one that stands still."""
     acts = kind.changes("bias") or kind.changes("noise")
@@ -152,10 +155,12 @@ def acts_at_edges(kind: type[Effect]) -> bool:
 
 
 def rims_of(patch: Patch) -> Rims | None:
-    """The rims of a block; None where no edge of a known place is seen."""
+    """The rims of a block; None where no edge of a known place is seen by a camera that stands still."""
     view, block = patch.view, patch.block
     edges, depth = view.edges, patch.depth
-    if edges is None or not np.any(edges.distance < REACH_PX) or block.stage.reconstructed:
+    if edges is None or not np.any(edges.distance < REACH_PX) or len(block.frames) < 2 or block.given is not None:
+        return None
+    if block.stage.reconstructed or block.stage.table is not None:
         return None
     with np.errstate(all="ignore"):
         jump = np.where(edges.distance < REACH_PX, edges.jump, 0.0)

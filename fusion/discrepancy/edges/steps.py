@@ -115,7 +115,8 @@ def edge_steps(observations: Observations) -> tuple[Sensor, tuple[ChannelStep, .
 
 def places_of(observations: Observations) -> EdgePlaces | None:
     """The edges of all blocks; None where none is seen."""
-    every = (one for one in map(rims_of, observations.patches) if one is not None)
+    first = {patch.block.place: patch for patch in reversed(observations.patches)}  # of a series the first frames
+    every = (one for one in map(rims_of, first.values()) if one is not None)
     rims = tuple(one for one in every if np.max(one.shaken) < MOST_SHAKEN_PX)
     return EdgePlaces(rims, observations.loose.pose) if rims else None
 
@@ -170,7 +171,7 @@ def _step(sensor: Sensor, places: EdgePlaces, now: EdgeFit) -> tuple[Sensor, Cha
         {name: std},
         best.form.held,
         gain / inflated,
-        gain / now.cost,
+        max(float(gains.sum() / now.costs.sum()), 0.0),
         float(min(1.0, len(tried) * len(SIZES) * chdtrc(1, max(gain / inflated, 0.0)))),
         tuple(alike),
         established=bool(again and len(alike) < LARGEST_SET),

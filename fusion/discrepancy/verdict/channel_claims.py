@@ -9,9 +9,10 @@ from fusion.discrepancy.verdict.claim import Claim, ClaimedNumber, ClaimEvidence
 from fusion.discrepancy.verdict.claimed import claimed, variables_said
 from fusion.discrepancy.verdict.record_next import record_next
 from fusion.discrepancy.verdict.sizes import size_of_step
+from fusion.discrepancy.verdict.words import AT_EDGES
 from fusion.sensor.parameter import parameters
 
-OF = {"noise": "the spread of repeated frames", "dropout": "missing values", "edges": "across depth edges"}
+OF = {"noise": "the spread of repeated frames", "dropout": "missing values", "edges": AT_EDGES}
 
 
 def channel_claim(found: Explanation, step: ChannelStep) -> Claim:
