@@ -10,7 +10,7 @@ from scipy.special import chdtrc, logsumexp
 
 from fusion.discrepancy.channels.channel_step import ChannelStep
 from fusion.discrepancy.channels.noise_parameters import USUAL, with_value
-from fusion.discrepancy.decisions import CONFIDENCE, DETECTED, NOISE_ALONE, REPLICATED, SURE
+from fusion.discrepancy.decisions import CONFIDENCE, DETECTED, FALSE_ALARM, NOISE_ALONE, REPLICATED, SURE
 from fusion.discrepancy.edges.places import EdgeFit, EdgePlaces
 from fusion.discrepancy.edges.rims import acts_at_edges, rims_of
 from fusion.discrepancy.observe.observations import Observations
@@ -165,6 +165,7 @@ def _step(sensor: Sensor, places: EdgePlaces, now: EdgeFit) -> tuple[Sensor, Cha
     gain, gains = now.cost - best.cost, now.costs - best.elsewhere()
     again = len(gains) > 1 and gains.sum() > REPLICATED * gain and gains.max() < ONE * np.maximum(gains, 0).sum()
     name, std = best.form.parameter.name, best.std(inflated)
+    probability = float(min(1.0, len(tried) * len(SIZES) * chdtrc(1, max(gain / inflated, 0.0))))
     step = ChannelStep(
         "edges",
         best.effect,
@@ -172,9 +173,9 @@ def _step(sensor: Sensor, places: EdgePlaces, now: EdgeFit) -> tuple[Sensor, Cha
         best.form.held,
         gain / inflated,
         max(float(gains.sum() / now.costs.sum()), 0.0),
-        float(min(1.0, len(tried) * len(SIZES) * chdtrc(1, max(gain / inflated, 0.0)))),
+        probability,
         tuple(alike),
-        established=bool(again and len(alike) < LARGEST_SET),
+        established=bool(again and len(alike) < LARGEST_SET and probability <= FALSE_ALARM),
         posterior=1.0 - nothing,
     )
     better = sensor.having(best.effect)

@@ -124,7 +124,7 @@ ADVICE = {
     "vertical_banding": ("walls",),
     "emitter_parallax": ("walls",),
     "mixed_pixels": ("steps",),
-    "pixel_crosstalk": ("papers", "steps"),
+    "pixel_crosstalk": ("papers", "strip"),
     "sensor_interference": ("minute",),
     "motion_artifact": ("walk",),
     "cyclic_error": ("walls",),
