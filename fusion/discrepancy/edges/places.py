@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.decisions import FAR
+from fusion.discrepancy.decisions import FAR, NOISE_ALONE
 from fusion.discrepancy.edges.rims import BIN_PX, SIDES, Displaced, Rims
 from fusion.discrepancy.inference.camera_file import USUAL_PX
 from fusion.sensor.sensor import Sensor
@@ -103,12 +103,16 @@ class EdgePlaces:
         """(3, n)"""
         return np.concatenate([rims.recorded for rims in self.rims], axis=1)
 
-    @cached_property
-    def telling(self) -> int:
-        """Numbers of bins that are not what a hard edge in its stated place would show: so many are to be explained."""
+    def agrees(self, fit: EdgeFit) -> bool:
+        """True where a model leaves no more than noise in the numbers that a hard edge would not show."""
+        return fit.cost <= NOISE_ALONE * self.telling(fit)
+
+    def telling(self, fit: EdgeFit) -> int:
+        """Numbers of bins that are not what a hard edge in its stated place would show, recorded or by a model."""
         hard = np.zeros(self.recorded.shape)
         hard[0] = np.concatenate([rims.at for rims in self.rims]) > 0
-        return max(1, int(np.count_nonzero(np.abs(self.recorded - hard) > 2 * LEFT)))
+        off = np.maximum(np.abs(self.recorded - hard), np.abs(fit.profiles - hard))
+        return max(1, int(np.count_nonzero(off > LEFT)))
 
     @cached_property
     def _sigma(self) -> Matrix:

@@ -10,10 +10,10 @@ from scipy.special import chdtrc, logsumexp
 
 from fusion.discrepancy.channels.channel_step import ChannelStep
 from fusion.discrepancy.channels.noise_parameters import USUAL, with_value
-from fusion.discrepancy.decisions import CONFIDENCE, DETECTED, FALSE_ALARM, NOISE_ALONE, REPLICATED, SURE
+from fusion.discrepancy.decisions import CONFIDENCE, DETECTED, FALSE_ALARM, REPLICATED, SURE
 from fusion.discrepancy.edges.places import EdgeFit, EdgePlaces
 from fusion.discrepancy.edges.rims import acts_at_edges, rims_of
-from fusion.discrepancy.observe.observations import Observations
+from fusion.discrepancy.observe.observations import Observations, Patch
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
 from fusion.sensor.parameter import Parameter, parameters
@@ -102,20 +102,21 @@ def edge_steps(observations: Observations) -> tuple[Sensor, tuple[ChannelStep, .
         return sensor, ()
     now, steps = places.under(sensor), []
     for _ in range(MOST_STEPS):
-        if now.cost <= NOISE_ALONE * places.telling:
+        if places.agrees(now):
             break
         found = _step(sensor, places, now)
         if found is None:
             break
         sensor, step, now = found
         steps.append(step)
-    agrees = now.cost <= NOISE_ALONE * places.telling
-    return sensor, tuple(step if agrees else replace(step, established=False) for step in steps)
+    return sensor, tuple(step if places.agrees(now) else replace(step, established=False) for step in steps)
 
 
 def places_of(observations: Observations) -> EdgePlaces | None:
     """The edges of all blocks; None where none is seen."""
-    first = {patch.block.place: patch for patch in reversed(observations.patches)}  # of a series the first frames
+    first: dict[int, Patch] = {}  # of a series the first frames
+    for patch in observations.patches:
+        first.setdefault(patch.block.place, patch)
     every = (one for one in map(rims_of, first.values()) if one is not None)
     rims = tuple(one for one in every if np.max(one.shaken) < MOST_SHAKEN_PX)
     return EdgePlaces(rims, observations.loose.pose) if rims else None
@@ -152,7 +153,8 @@ def _step(sensor: Sensor, places: EdgePlaces, now: EdgeFit) -> tuple[Sensor, Cha
     by_name: dict[str, EdgeTried] = {}
     for one in sorted(tried, key=lambda one: one.cost):
         by_name.setdefault(one.form.name, one)
-    inflated = max(1.0, min(one.cost for one in tried) / places.telling)
+    likeliest = min((one.fits[one.best] for one in tried), key=lambda fit: fit.cost)
+    inflated = max(1.0, likeliest.cost / places.telling(likeliest))
     nothing, chances = _posterior(tried, now, inflated)
     if nothing > 1 - CONFIDENCE:
         return None
