@@ -15,7 +15,7 @@ A common scale changes nothing and stays unknown. The parameters are small chang
     bend2 ... bend6  depth + bend * P_k(s), Legendre polynomials of that distance [m]
 """
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -34,8 +34,8 @@ NAMES = LENS + DEPTH
 PRIOR = np.array([0.03, 4.0, 4.0, 0.010, 0.05, 0.02, 0.02, 0.003, 0.003, 0.003, 0.003, 0.003, 0.003])
 _FIRST = len(LENS)  # of depth
 LEAST_PRIOR = 1e-9  # [m] of an error that is held at 0
-LENS_MODEL = 0.0005  # of the focal length: what a calibrated lens still does that no model of it holds (guess)
 CORNER = 0.2  # rho^2 near the corners of a usual image: where a radial error is as large as the others
+LENS_MODEL = 0.0005  # of the focal length: what a calibrated lens still does that no model of it holds (guess)
 
 
 @dataclass(frozen=True)
@@ -47,8 +47,8 @@ class SelfCheck:
     near: float
     far: float
     triangulation: bool = False  # True where radial depth errors grow with the square of distance
-    # (13,) how wrong each may be before the scan is seen, one standard deviation
-    prior: Array = field(default_factory=PRIOR.copy)
+    # (13, 13) covariance of how wrong each may be before the scan is seen
+    before: Array = field(default_factory=lambda: np.diag(PRIOR**2))
 
     def only(self, *names: str) -> "SelfCheck":
         """These errors alone, the others taken as nuisance: zero."""
@@ -60,7 +60,24 @@ class SelfCheck:
 
     def open_for(self, names: Collection[str]) -> "SelfCheck":
         """With these errors open, and the others held at what they are."""
-        return replace(self, prior=np.where(np.isin(NAMES, list(names)), self.prior, 0.0))
+        kept = np.isin(NAMES, list(names))
+        return replace(self, before=np.where(np.outer(kept, kept), self.before, 0.0))
+
+    @property
+    def prior(self) -> Array:
+        """(13,) how wrong each may be by itself before the scan is seen, one standard deviation."""
+        return np.asarray(np.sqrt(np.diag(self.before)))
+
+    def known(self, of: NDArray[np.bool_]) -> Array:
+        """(13, 13) inverse of the covariance of some errors (13,), the others left out; 0 where both are not asked."""
+        out, inside = np.zeros_like(self.before), np.ix_(of, of)
+        out[inside] = np.linalg.inv(self.before[inside] + LEAST_PRIOR**2 * np.eye(int(of.sum())))
+        return out
+
+    @property
+    def surprise(self) -> float:
+        """By how much the errors that were found are larger than what was known of them before, as part of chi2."""
+        return float(self.values @ self.known(self.values != 0) @ self.values)
 
     @property
     def wrong_depth(self) -> bool:
@@ -81,8 +98,8 @@ class SelfCheck:
 
     @property
     def information(self) -> Array:
-        """(10,) 1 / variance of the errors of depth before the scan is seen."""
-        return np.asarray(1 / np.maximum(self.prior[_FIRST:], LEAST_PRIOR) ** 2)
+        """(10, 10) inverse covariance of the errors of depth before the scan is seen."""
+        return self.known(np.isin(NAMES, DEPTH))[_FIRST:, _FIRST:]
 
     @property
     def span(self) -> NDArray[np.float32]:
@@ -146,18 +163,31 @@ class SelfCheck:
 
 @dataclass(frozen=True)
 class DepthKnown:
-    """How well a calibrated depth is known, one standard deviation."""
+    """How well a calibrated depth is known."""
 
-    std: float  # over distance and image [m]
+    std: float  # over distance and image [m], one standard deviation
     # (2,) over the rays' x and y [m per unit]; inf where walls at free tilts were all that it was seen on
     tilt: tuple[float, float] = (np.inf, np.inf)
+    # of points (n, 3), what each of r independent errors of one standard deviation does to their depth (r, n) [m]; None
+    # where a calibration does not say it, and each error below is taken for independent
+    errors: Callable[[Array], Array] | None = None
+
+    def at(self, points: Array, check: "SelfCheck") -> Array:
+        """(r, n) what independent errors of one standard deviation do to the depth of points (n, 3) [m]."""
+        if self.errors is not None:
+            return self.errors(points)
+        left = np.hypot(self.tilt, self.std / np.sqrt(CORNER))
+        size = np.minimum(PRIOR[_FIRST:], [self.std, self.std / CORNER, *left] + 6 * [self.std])
+        return np.asarray(size[:, None] * check.depth_terms(points).T)
 
 
-def prior_of(camera: Camera, known: DepthKnown | None) -> Array:
-    """How wrong camera and depth may be (13,): as their calibration says, else as nominal ones usually are.
+def with_doubt(check: SelfCheck, camera: Camera, points: Array, known: DepthKnown | None) -> SelfCheck:
+    """With how wrong camera and depth may be: as their calibration says, else as nominal ones usually are.
 
     Args:
+        check: range of distance.
         camera: its `std` tells what a calibration knows of it.
+        points: (n, 3) where the depth matters [m].
         known: of a depth that was calibrated; None for one that was not.
     """
     prior = PRIOR.copy()
@@ -165,10 +195,11 @@ def prior_of(camera: Camera, known: DepthKnown | None) -> Array:
         prior[0] = min(prior[0], float(np.hypot(camera.std["fx"] / camera.fx, LENS_MODEL)))
     for k, name in ((1, "cx"), (2, "cy")):
         prior[k] = min(prior[k], max(camera.std.get(name, np.inf), LENS_MODEL * camera.fx))
-    if known is not None:
-        left = np.hypot(known.tilt, known.std / np.sqrt(CORNER))
-        prior[_FIRST:] = np.minimum(prior[_FIRST:], [known.std, known.std / CORNER, *left] + 6 * [known.std])
-    return prior
+    before = np.diag(prior**2)
+    if known is not None and len(points):
+        errors = np.linalg.lstsq(check.depth_terms(points), known.at(points, check).T, rcond=None)[0]
+        before[_FIRST:, _FIRST:] = errors @ errors.T
+    return replace(check, before=before)
 
 
 def no_errors(views: Sequence[ObjectView], known: DepthKnown | None = None) -> SelfCheck:
@@ -176,10 +207,10 @@ def no_errors(views: Sequence[ObjectView], known: DepthKnown | None = None) -> S
 
     Args:
         views: their camera tells how well it is known.
-        known: how well their depth is known, see `prior_of`.
+        known: how well their depth is known, see `with_doubt`.
     """
-    z = np.concatenate([v.points[::20, 2] for v in views])
-    near, far = np.percentile(z, [1, 99]) if len(z) else (0.5, 1.0)
-    triangulation = views[0].map.camera.principle.triangulates
-    prior = prior_of(views[0].map.camera, known)
-    return SelfCheck(np.zeros(len(NAMES)), float(near), float(max(far, near + 0.01)), triangulation, prior)
+    points = np.concatenate([v.points[::20] for v in views]).astype(float)
+    near, far = np.percentile(points[:, 2], [1, 99]) if len(points) else (0.5, 1.0)
+    camera = views[0].map.camera
+    plain = SelfCheck(np.zeros(len(NAMES)), float(near), float(max(far, near + 0.01)), camera.principle.triangulates)
+    return with_doubt(plain, camera, points, known)

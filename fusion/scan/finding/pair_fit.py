@@ -87,7 +87,15 @@ def fit_pairs(
 def _known(sensor: Sensor, camera: Camera, region: Region) -> DepthKnown | None:
     """How well the depth is known where the object stands; None where no calibration says it."""
     std = depth_std(sensor, camera, float((region.low[2] + region.high[2]) / 2))
-    return None if std is None else DepthKnown(std, tilt_std(sensor, camera))
+    if std is None:
+        return None
+    left = sensor.depth_errors
+
+    def errors(points: Array) -> Array:
+        assert left is not None
+        return left.at(*camera.project(points).T, points[:, 2])
+
+    return DepthKnown(std, tilt_std(sensor, camera), None if left is None else errors)
 
 
 def _motion(
