@@ -93,7 +93,8 @@ def _known(sensor: Sensor, camera: Camera, region: Region) -> DepthKnown | None:
 
     def errors(points: Array) -> Array:
         assert left is not None
-        return left.at(*camera.project(points).T, points[:, 2])
+        u, v = camera.project(points).T
+        return left.at(u, v, points[:, 2])
 
     return DepthKnown(std, tilt_std(sensor, camera), None if left is None else errors)
 

@@ -27,7 +27,7 @@ def refuse_other_unit(sensor: Sensor, camera: Camera, force: bool = False) -> No
             )
 
 
-# [m] of files without a covariance: no calibration is taken for better or worse (guess): on walls left out, laws err by 0.7 mm and more
+# [m] of files without errors: no calibration is taken for better or worse (guess): laws err by 0.7 mm there
 LEAST, MOST = 1e-3, 3e-3
 PARAMETERS = ("offset", "amplitude", "coefficient", "map", "values", "values_px", "scale")
 

@@ -162,7 +162,7 @@ def _depth_errors(given: DepthErrorFields | None, content: Content) -> DepthErro
     for name, nodes in zip(("v_px", "u_px", "depth_m"), grid, strict=True):
         if not (np.diff(nodes) > 0).all():
             raise content.wrong(SensorFields, "depth_errors", name, expected="increasing numbers")
-    return DepthErrors(*grid, values)
+    return DepthErrors(grid[0], grid[1], grid[2], values)
 
 
 def _baseline(fields: SensorFields, given: list[GivenEffect], content: Content) -> float:

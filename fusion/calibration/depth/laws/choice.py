@@ -67,7 +67,7 @@ def complexity(judged: JudgedLaw) -> int:
 
 
 def established(law: FittedLaw) -> bool:
-    """True when every number exceeds its deviation: a wave by its amplitude, a curve, a delay, a tilt, radial terms as a whole.
+    """True when every number exceeds its deviation: a wave by its amplitude, curves, delays, tilts, radial terms whole.
 
     The offset beside waves is the middle of their curve: it may be 0. The share that a board mirrors is above 0.
     """

@@ -152,7 +152,7 @@ def _add_table(numbers: LawNumbers, camera: Camera, known: Sensor, effects: dict
     field, deviations = _linear(numbers, camera), [numbers.std[key] for key in value if key.startswith("tilt")]
     if mapped:
         radii, bend, deviation = _radial_table(numbers, camera, radial)
-        field = field + np.interp(View(camera).radius, radii, bend)
+        field = field + np.interp(np.asarray(View(camera).radius, float), radii, bend)
         deviations.append(max(deviation))
     if deviations:
         effect = DisparityDistortion(map=field) if triangulating else FixedPattern(map=field)
@@ -160,7 +160,7 @@ def _add_table(numbers: LawNumbers, camera: Camera, known: Sensor, effects: dict
         std[effect.name, "map"] = float(np.linalg.norm(deviations))
 
 
-def _linear(numbers: LawNumbers, camera: Camera) -> NDArray[np.floating]:
+def _linear(numbers: LawNumbers, camera: Camera) -> NDArray[np.float64]:
     """(h, w) [px] disparity of a pattern that lies askew."""
     across, down = (numbers.value.get(key, 0.0) / reach(camera) for key in ("tilt u", "tilt v"))
     v, u = np.mgrid[: camera.height, : camera.width]

@@ -19,7 +19,7 @@ BEYOND = 1.25  # factor by which the grid goes on beyond the nearest and farthes
 # what a unit may be wrong by at all distances alike; curves and waves have priors of their own
 STRAIGHT = ("offset", "scale", "disparity")
 DROPPED = 1e-4  # share of the variance that may be lost with the smallest errors
-Array = NDArray[np.floating]
+Array = NDArray[np.float64]
 
 
 def errors_left(
@@ -44,11 +44,9 @@ def errors_left(
     (own, *others), fitted = laws
     near, far = span(walls)
     depth = np.linspace(near / BEYOND, far * BEYOND, int(np.clip((far - near) / STEP, FEWEST, MOST)))
-    v, u = (
-        np.linspace(0, n - 1, k).round().astype(np.intp) for n, k in zip(camera.shape, (ROWS, COLUMNS), strict=True)
-    )
+    v, u = (np.linspace(0, n - 1, k).round() for n, k in ((camera.height, ROWS), (camera.width, COLUMNS)))
     V, U, Z = (grid.ravel() for grid in np.meshgrid(v, u, depth, indexing="ij"))
-    at = samples_at(np.array([U, V]), Z, camera, known, light_of(walls))
+    at = samples_at(np.array([U, V], np.intp), Z, camera, known, light_of(walls))
     of_numbers = _changes(fitted.terms, at) @ _root(fitted.covariance)
     chosen, total = _changes(own.terms, at) @ own.numbers, sum(law.weight for law in laws[0])
     apart = [np.sqrt(law.weight / total) * (_changes(law.terms, at) @ law.numbers - chosen) for law in others]
@@ -56,7 +54,7 @@ def errors_left(
     unit = (pixels if known.principle.triangulates else length)(lambda samples: np.ones(len(samples.depth)))(at)
     of_map = [] if stack is None else [unit * _read(error, stack, (V, U)) for error in stack.errors]
     fields = _largest(np.column_stack([of_numbers, *apart, *usual, *of_map]))
-    return DepthErrors(v.astype(float), u.astype(float), depth, fields.reshape(-1, len(v), len(u), len(depth)))
+    return DepthErrors(v, u, depth, fields.reshape(-1, len(v), len(u), len(depth)))
 
 
 def _changes(terms: tuple[LawTerm, ...], at: WallSamples) -> Array:
@@ -71,7 +69,7 @@ def _root(covariance: Array) -> Array:
     return np.asarray(size[:, None] * vectors * np.sqrt(np.maximum(values, 0)))
 
 
-def _read(error: Array, stack: MapStack, place: tuple[NDArray[np.intp], NDArray[np.intp]]) -> Array:
+def _read(error: Array, stack: MapStack, place: tuple[Array, Array]) -> Array:
     """(n,) an error (rows, columns) of a map at rows and columns [px]."""
     at = [np.interp(x, nodes, np.arange(len(nodes))) for x, nodes in zip(place, (stack.v, stack.u), strict=True)]
     return np.asarray(map_coordinates(error, at, order=1, mode="nearest"))
