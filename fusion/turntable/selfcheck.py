@@ -172,13 +172,14 @@ class DepthKnown:
     # where a calibration does not say it, and each error below is taken for independent
     errors: Callable[[Array], Array] | None = None
 
-    def at(self, points: Array, check: "SelfCheck") -> Array:
-        """(r, n) what independent errors of one standard deviation do to the depth of points (n, 3) [m]."""
-        if self.errors is not None:
-            return self.errors(points)
-        left = np.hypot(self.tilt, self.std / np.sqrt(CORNER))
-        size = np.minimum(PRIOR[_FIRST:], [self.std, self.std / CORNER, *left] + 6 * [self.std])
-        return np.asarray(size[:, None] * check.depth_terms(points).T)
+    def covariance(self, points: Array, check: "SelfCheck") -> Array:
+        """(10, 10) of the errors of depth, as they explain what the depth of points (n, 3) may be wrong by best."""
+        if self.errors is None or len(points) == 0:
+            left = np.hypot(self.tilt, self.std / np.sqrt(CORNER))
+            size = np.minimum(PRIOR[_FIRST:], [self.std, self.std / CORNER, *left] + 6 * [self.std])
+            return np.diag(size**2)
+        each = np.linalg.lstsq(check.depth_terms(points), self.errors(points).T, rcond=None)[0]
+        return np.asarray(each @ each.T)
 
 
 def with_doubt(check: SelfCheck, camera: Camera, points: Array, known: DepthKnown | None) -> SelfCheck:
@@ -196,9 +197,8 @@ def with_doubt(check: SelfCheck, camera: Camera, points: Array, known: DepthKnow
     for k, name in ((1, "cx"), (2, "cy")):
         prior[k] = min(prior[k], max(camera.std.get(name, np.inf), LENS_MODEL * camera.fx))
     before = np.diag(prior**2)
-    if known is not None and len(points):
-        errors = np.linalg.lstsq(check.depth_terms(points), known.at(points, check).T, rcond=None)[0]
-        before[_FIRST:, _FIRST:] = errors @ errors.T
+    if known is not None:
+        before[_FIRST:, _FIRST:] = known.covariance(points, check)
     return replace(check, before=before)
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from fusion.geometry.camera import Camera
 from fusion.geometry.depth import PointMap
-from fusion.turntable.selfcheck import NAMES, PRIOR, DepthKnown, SelfCheck, prior_of
+from fusion.turntable.selfcheck import NAMES, PRIOR, DepthKnown, SelfCheck, with_doubt
 from fusion.turntable.views import ObjectView
 
 CAMERA = Camera(40, 30, 50.0, 52.0, 19.0, 15.0)
@@ -55,6 +55,12 @@ def test_only_the_named_errors_are_taken_over():
     assert (camera.cx, camera.cy) == (CAMERA.cx, CAMERA.cy)
     assert camera.fx == pytest.approx(CAMERA.fx * np.exp(0.01)) and camera.fy == pytest.approx(CAMERA.fy * np.exp(0.01))
     assert not check.values[1:].any()
+
+
+def prior_of(camera, known):
+    """(13,) before a scan of points anywhere."""
+    points = np.column_stack([np.random.default_rng(1).uniform(-0.2, 0.2, (50, 2)), np.linspace(0.6, 1.0, 50)])
+    return with_doubt(SelfCheck(np.zeros(len(NAMES)), 0.6, 1.0), camera, points, known).prior
 
 
 def test_a_calibration_narrows_what_may_be_wrong():

@@ -19,7 +19,7 @@ BEYOND = 1.25  # factor by which the grid goes on beyond the nearest and farthes
 # what a unit may be wrong by at all distances alike; curves and waves have priors of their own
 STRAIGHT = ("offset", "scale", "disparity")
 DROPPED = 1e-4  # share of the variance that may be lost with the smallest errors
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 
 def errors_left(
@@ -54,7 +54,8 @@ def errors_left(
     unit = (pixels if known.principle.triangulates else length)(lambda samples: np.ones(len(samples.depth)))(at)
     of_map = [] if stack is None else [unit * _read(error, stack, (V, U)) for error in stack.errors]
     fields = _largest(np.column_stack([of_numbers, *apart, *usual, *of_map]))
-    return DepthErrors(v, u, depth, fields.reshape(-1, len(v), len(u), len(depth)))
+    shape = (-1, len(v), len(u), len(depth))
+    return DepthErrors(v, u, depth, np.asarray(fields, float).reshape(shape))
 
 
 def _changes(terms: tuple[LawTerm, ...], at: WallSamples) -> Array:
