@@ -12,8 +12,8 @@ from fusion.volume.volume import Volume, VolumeSettings
 
 EVERYWHERE = Region(np.full(3, -9.0), np.full(3, 9.0))
 NEAR, FAR = 0.5, 0.9
-HELD = SelfCheck(np.zeros(len(NAMES)), NEAR, FAR, before=np.zeros((len(NAMES), len(NAMES))))
-OPEN = SelfCheck(np.zeros(len(NAMES)), NEAR, FAR, before=np.diag(np.append(np.zeros(3), PRIOR[3:]) ** 2))
+HELD = SelfCheck(np.zeros(len(NAMES)), NEAR, FAR, prior=np.zeros(len(NAMES)))
+OPEN = SelfCheck(np.zeros(len(NAMES)), NEAR, FAR, prior=np.append(np.zeros(3), PRIOR[3:]))
 
 
 def run(scene, start, sigma=0.001, seed=None, left_out=(), held=False, check=HELD, wrong=0.0, doubt=None):

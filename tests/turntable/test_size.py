@@ -8,12 +8,12 @@ from fusion.geometry import pose
 from fusion.geometry.depth import point_map
 from fusion.turntable.selfcheck import NAMES, PRIOR
 
-NO_DOUBT = np.zeros((len(NAMES), len(NAMES)))
+NO_DOUBT = np.zeros(len(NAMES))
 
 
 def doubt(**std: float) -> np.ndarray:
-    """Covariance of independent errors by name, 0 for the others."""
-    return np.diag([std.get(name, 0.0) ** 2 for name in NAMES])
+    """Standard deviations by name, 0 for the others."""
+    return np.array([std.get(name, 0.0) for name in NAMES])
 
 
 def grown(scene, depths, motion) -> float:
@@ -53,6 +53,6 @@ def test_it_is_what_such_an_error_does(owl_scene, name, size):
 
 def test_twice_the_doubt_is_twice_the_spread(owl_scene):
     start = owl_scene.axis, owl_scene.angles
-    once, twice = (run(owl_scene, start, doubt=np.diag((k * PRIOR) ** 2)).size_std for k in (0.1, 0.2))
+    once, twice = (run(owl_scene, start, doubt=k * PRIOR).size_std for k in (0.1, 0.2))
     assert twice == pytest.approx(2 * once, rel=1e-3)
     assert run(owl_scene, start).size_std is None

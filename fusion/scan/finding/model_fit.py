@@ -14,7 +14,7 @@ from fusion.turntable.axis import Axis, Turns, about_axis
 from fusion.turntable.model.finish import How, finish
 from fusion.turntable.model.rays import Rays, rays_of
 from fusion.turntable.motion import Motion
-from fusion.turntable.selfcheck import SelfCheck, with_doubt
+from fusion.turntable.selfcheck import SelfCheck, prior_of
 from fusion.turntable.views import Region
 from fusion.volume.prepared import Prepared, fused
 from fusion.volume.volume import Volume, VolumeSettings
@@ -43,7 +43,7 @@ def fit_model(frames: list[Prepared | None], asked: Asked, region: Region, fit: 
         frames = object_alone(frames, cut, motion)
         volume = choose_volume(asked.settings, camera, frames, cut, motion)
         seen = np.concatenate([some.values[::20, :3] for some in rays if some is not None]).astype(float)
-        doubt = None if fit.known is None else with_doubt(motion.taken_out, camera, seen, fit.known).before
+        doubt = None if fit.known is None else prior_of(camera, fit.known, seen, motion.taken_out)
         how = How(rounds=1, held=True, doubt=doubt) if motion.held else How(doubt=doubt)
         return _finished(frames, rays, volume, motion, how)
 

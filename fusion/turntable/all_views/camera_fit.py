@@ -42,9 +42,7 @@ def fit_camera(
     """
     # stretch stays out: noise in pairs of views imitates it, and it does nearly what a focal length does
     errors = tuple(name for name in left_open or DEPTH_ERRORS if name != "stretch")
-    before, lens = middle.check.before.copy(), np.arange(len(LENS))
-    before[lens, lens] = PRIOR[lens] ** 2
-    start = replace(middle.check, before=before)
+    start = replace(middle.check, prior=np.append(PRIOR[: len(LENS)], middle.check.prior[len(LENS) :]))
     # to its end: stopped early it leaves to the errors of depth what is the camera's
     alone = close_loop(shown, Turns(middle.axis, middle.angles), edges, _passes(LENS, 15, told), start)
     both = close_loop(shown, Turns(alone.axis, alone.angles), edges, _passes(LENS + errors, 5, told), alone.check)
@@ -79,5 +77,10 @@ def believed(fit: Loop, than: Loop) -> bool:
         return False
     count = EFFECTIVE * float(fit.pairs.sum())
     more = np.count_nonzero(fit.check.values) - np.count_nonzero(than.check.values)
-    gain = 2 * count * np.log(misfit(than) / misfit(fit)) - fit.check.surprise + than.check.surprise
+    gain = 2 * count * np.log(misfit(than) / misfit(fit)) - _surprise(fit) + _surprise(than)
     return bool(misfit(fit) < WORTH * misfit(than) and gain > more * np.log(count))
+
+
+def _surprise(fit: Loop) -> float:
+    """By how much the errors are larger than what was known of them before, as part of chi2."""
+    return float(np.sum((fit.check.values / fit.check.prior) ** 2))

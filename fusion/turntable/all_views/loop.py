@@ -139,7 +139,7 @@ def close_loop(
             system = _System(n)
             asked = AskedErrors(check, settings.free_camera)
             _add_edges(system, edges, edge_sums(some, Turns(axis, angles), edges, reach, asked))
-            _add_prior(system, check, settings.free_camera)
+            _add_prior(system, check)
             if settings.told is not None:
                 _add_log(system, angles, settings.told)
             step = _solve(system, angles, settings, check)
@@ -158,11 +158,11 @@ def close_loop(
     return Loop(axis, angles, angle_std, residual, support, system.fitting, check, std[SHARED:FIRST])
 
 
-def _add_prior(system: _System, check: SelfCheck, free: tuple[str, ...]) -> None:
+def _add_prior(system: _System, check: SelfCheck) -> None:
     """The camera file is not nonsense: its errors have a plausible size."""
-    known = check.known(np.isin(NAMES, free))
-    system.H[SHARED:FIRST, SHARED:FIRST] += known
-    system.g[SHARED:FIRST] += known @ check.values
+    block = np.arange(SHARED, FIRST)
+    system.H[block, block] += 1 / check.prior**2
+    system.g[block] += check.values / check.prior**2
 
 
 def _add_log(system: _System, angles: Array, told: Array) -> None:

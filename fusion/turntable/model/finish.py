@@ -22,7 +22,7 @@ from fusion.turntable.model.cells import CUT
 from fusion.turntable.model.meeting import ANGLE, AXIS, RESIDUAL, SIGMA
 from fusion.turntable.model.rays import Bundle, Rays, bundle
 from fusion.turntable.model.system import CellEquations, ModelSolution, equations, placed, solve, steady_system
-from fusion.turntable.selfcheck import LENS, SelfCheck
+from fusion.turntable.selfcheck import SelfCheck
 from fusion.volume.volume import Volume
 
 Array = NDArray[np.float64]
@@ -37,7 +37,7 @@ def size_std(rays: Bundle, motion: Turns, e: CellEquations, check: SelfCheck) ->
     A constant error of depth moves the object and its axis alike. Errors that differ over the object's range of
     distance or over the image do not: the axis goes where it suits all views best, and the surface stands nearer to it
     or farther all round. A stretch of 1 mm over an object of 12 cm changes it by 0.2 to 0.4 %, though no depth is wrong
-    by more. The errors of depth (see `selfcheck`) are taken with their covariance before the scan was seen, and
+    by more. Each error of depth (see `selfcheck`) is taken with its standard deviation before the scan was seen, and
     what the fit makes of it is added up ("consider covariance", Schmidt 1966); what the scan finds of such errors is
     not counted.
 
@@ -58,7 +58,7 @@ def size_std(rays: Bundle, motion: Turns, e: CellEquations, check: SelfCheck) ->
     response = -(inverse @ H[np.ix_(said, errors)])[: int(np.sum(said < AXIS))]
     growth = growths(rays, motion, check)
     by_error = growth[AXIS:] + growth[said[said < AXIS]] @ response
-    return float(np.sqrt(by_error @ check.before[len(LENS) :, len(LENS) :] @ by_error))
+    return float(np.sqrt(np.sum(by_error**2 / check.information)))
 
 
 def growths(rays: Bundle, motion: Turns, check: SelfCheck) -> Array:
@@ -109,8 +109,8 @@ class How:
 
     rounds: int = 3  # how often the model is made anew
     held: bool = False  # the angles stay, where something tells them better than shape does
-    # (13, 13) covariance of the errors of camera and depth before the scan was seen, by which the size is judged; None
-    # where no calibration tells it
+    # (13,) standard deviations of the errors of camera and depth before the scan was seen, by which the size is judged;
+    # None where no calibration tells them
     doubt: Array | None = None
 
 
@@ -155,7 +155,7 @@ def finish(
                 angles = angles - angles[np.isfinite(angles)][0]
     std, size = found.std[e.shared :] * alike, None
     if how.doubt is not None:
-        open_, left = replace(check, before=how.doubt), seen.without(check)
+        open_, left = replace(check, prior=how.doubt), seen.without(check)
         size = size_std(left, Turns(axis, angles), equations(left, Turns(axis, angles), volume, open_), open_)
     known = np.isfinite(angles)
     return Finished(axis, angles, np.where(known, std, np.nan), check, firm.std[:AXIS] * alike, size, (volume, turns))

@@ -95,9 +95,10 @@ def solve(e: CellEquations, check: SelfCheck, alike: float, steady: bool = False
     offset, scale = _settled(e, steady, lowest)
     H, g = normal_equations(e.rows, e.frame, e.first, offset, e.n, (scale, steady, lowest))
     if e.shared > AXIS:
+        errors = np.arange(AXIS, e.shared)
         information = alike**2 * check.information
-        H[AXIS : e.shared, AXIS : e.shared] += information
-        g[AXIS : e.shared] += information @ check.values[len(LENS) :]
+        H[errors, errors] += information
+        g[errors] += information * check.values[len(LENS) :]
     return ModelSolution(*_step(H, g), offset, scale)
 
 

@@ -18,7 +18,7 @@ FEWEST, MOST = 16, 100  # depths of the grid
 BEYOND = 1.25  # factor by which the grid goes on beyond the nearest and farthest wall
 # what a unit may be wrong by at all distances alike; curves and waves have priors of their own
 STRAIGHT = ("offset", "scale", "disparity")
-DROPPED = 1e-4  # share of the variance that may be lost with the smallest errors
+DROPPED = 1e-4  # share of the variance that may be lost with the smallest of errors that are many
 Array = NDArray[np.floating]
 
 
@@ -53,7 +53,7 @@ def errors_left(
     usual = [term.typical * term.change(at) for term in unseen if term.shape or term.key in STRAIGHT]
     unit = (pixels if known.principle.triangulates else length)(lambda samples: np.ones(len(samples.depth)))(at)
     of_map = [] if stack is None else [unit * _read(error, stack, (V, U)) for error in stack.errors]
-    fields = _largest(np.column_stack([of_numbers, *apart, *usual, *of_map]))
+    fields = np.vstack([of_numbers.T, *usual, *_largest([*apart, *of_map])])
     shape = (-1, len(v), len(u), len(depth))
     return DepthErrors(v, u, depth, np.asarray(fields, float).reshape(shape))
 
@@ -76,8 +76,10 @@ def _read(error: Array, stack: MapStack, place: tuple[Array, Array]) -> Array:
     return np.asarray(map_coordinates(error, at, order=1, mode="nearest"))
 
 
-def _largest(errors: Array) -> Array:
-    """(r, n) as few independent errors as make those of the columns (n, k)."""
-    left, size, _ = np.linalg.svd(errors, full_matrices=False)
+def _largest(errors: list[Array]) -> Array:
+    """(r, n) as few independent errors as make these, (n,) each."""
+    if not errors:
+        return np.zeros((0, 0))
+    _, size, kept = np.linalg.svd(np.array(errors), full_matrices=False)
     rest = np.cumsum(size[::-1] ** 2)[::-1]
-    return np.asarray((left * size)[:, rest > DROPPED * rest[:1].sum()].T)
+    return np.asarray(size[:, None] * kept)[rest > DROPPED * rest[0]]
