@@ -119,9 +119,7 @@ def _held_out(fit: PartsFit, part: EffectPart, seen: Matrix, target: Vector, gai
     return share
 
 
-def _alike(
-    fit: PartsFit, part: EffectPart, candidates: Sequence[Candidate], aim: Aim, form: float
-) -> tuple[str, ...]:
+def _alike(fit: PartsFit, part: EffectPart, candidates: Sequence[Candidate], aim: Aim, form: float) -> tuple[str, ...]:
     """Names that explain the recordings as well as a part does, beside the other parts.
 
     As well: no recording tells clearly which it is, or what the rival lacks is less than laws of a catalogue are off.
