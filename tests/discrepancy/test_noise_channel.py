@@ -1,6 +1,7 @@
 """The noise of repeated frames: what adds to it is named, a wrong number corrected, and nothing where it is right."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -133,3 +134,20 @@ def test_noise_that_no_model_holds_is_sized_behind_its_rounding(step_px):
     assert isinstance(step.effect, AxialNoise) and not more
     # a fifth: without noise the rounding itself scatters nothing, with it by a step over the root of twelve
     assert step.effect.sigma_px == pytest.approx(0.03, rel=0.2)
+
+
+def test_what_a_file_rounds_off_is_no_noise_of_the_sensor():
+    """Counts of a millimetre make as much noise as a quiet sensor near by; the file says how large they are."""
+    quiet = Sensor("quiet", "itof", (AxialNoise(c0=0.0005),))
+    file = SimpleNamespace(camera=SimpleNamespace(depth_scale=1000.0))
+    blocks = looks_at(quiet, 6)
+    stored = [
+        replace(
+            block,
+            std=np.sqrt(block.std**2 + 1e-6 / 12),
+            stage=SimpleNamespace(**{**vars(block.stage), "recording": file}),
+        )
+        for block in blocks
+    ]
+    assert noise_steps(observe(quiet, blocks))[1] == ()
+    assert noise_steps(observe(quiet, stored))[1] == ()

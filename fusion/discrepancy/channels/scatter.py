@@ -55,7 +55,8 @@ def variance(patch: Patch, spread: NDArray[np.floating]) -> Vector:
 def predicted_variance(patch: Patch, spread: NDArray[np.floating]) -> Vector:
     """(n,) variance in native units by a predicted spread (h, w) [m], no smaller than frames can show."""
     # where all frames round to one step nobody knows how near the next one is
-    return np.maximum(variance(patch, spread), max(np.exp(-WANDERS) * patch.step**2 / 12, LEAST_VARIANCE))
+    least = max(np.exp(-WANDERS) * patch.step**2 / 12, LEAST_VARIANCE)
+    return np.maximum(variance(patch, spread) + stored_step(patch) ** 2 / 12, least)
 
 
 def _scatter(patch: Patch) -> tuple[Vector, Vector, Vector, Vector]:
@@ -87,11 +88,18 @@ def _sharing(patch: Patch) -> float:
 
 def _undithered(patch: Patch) -> float:
     """How far a variance may wander (share of it) with the place between two steps of the rounding."""
-    step = patch.step
+    step = max(patch.step, stored_step(patch))
     # as the frames show: a model that has too little noise earns no allowance by it
     before = np.sqrt(max(float(variance(patch, patch.block.std).mean()) - step**2 / 12, 0.0))
     # the first harmonic of the rounding's own error, which fades as the noise grows over a step
     return WANDERS * float(np.exp(-2 * np.pi**2 * (before / step) ** 2)) if step > 0 else 0.0
+
+
+def stored_step(patch: Patch) -> float:
+    """A count of the file in native units, less what the model itself rounds; 0 where nobody knows."""
+    recording = getattr(patch.block.stage, "recording", None)
+    count = 0.0 if recording is None else float(np.median(np.abs(patch.native))) / recording.camera.depth_scale
+    return float(np.sqrt(max(count**2 - patch.step**2, 0.0)))
 
 
 def frozen_rounding(patch: Patch) -> float:
@@ -99,9 +107,7 @@ def frozen_rounding(patch: Patch) -> float:
 
     Where on its steps a pixel is nobody knows: the model's rounding and the frames' differ as two that share nothing.
     """
-    recording = getattr(patch.block.stage, "recording", None)
-    counts = 0.0 if recording is None else float(np.median(np.abs(patch.native))) / recording.camera.depth_scale
-    step, times = max((patch.step, 2), (counts, 1))
+    step, times = max((patch.step, 2), (stored_step(patch), 1))
     if not step:
         return 0.0
     before = max(float(np.median(variance(patch, patch.block.std))) - step**2 / 12, 0.0)
