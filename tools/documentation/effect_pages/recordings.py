@@ -84,8 +84,8 @@ SERIES = {
         tuple(_take("wall", distance_m=d, ambient_lux=lux, frames=12) for d in (0.8, 1.5, 2.5) for lux in (0, 5000)),
     ),
     "table": Series(
-        "an object of known shape, 30 cm or larger, that fills the picture on the turntable, from 15 and from 35 degrees "
-        "above, with the angles that the table states",
+        "an object of known shape, 30 cm or larger, that fills the picture on the turntable, from 15 and from 35 "
+        "degrees above, with the angles that the table states",
         tuple(_take("turntable", frames=36, turns=1, elevation_deg=e, scale=3, distance_m=1) for e in (15, 35)),
     ),
     "walk": Series(
