@@ -9,7 +9,7 @@ import pytest
 from made_up_walls import looks_at, sensor_of
 
 from fusion.discrepancy.inference.tile_covariance import covariance_of
-from fusion.discrepancy.naming import established
+from fusion.discrepancy.naming import heterogeneity
 from fusion.discrepancy.naming.effect_part import EffectPart
 from fusion.discrepancy.naming.established import is_faint, weak_of
 from fusion.discrepancy.naming.naming import _of_one_region, name_effects
@@ -228,7 +228,7 @@ def test_a_small_further_effect_is_no_matter_of_form_where_it_is_nearly_all_left
     """Unless it is so small that a tenth of the first law's size makes it: laws are not known better than that."""
     part = SimpleNamespace(name="first", size=0.0, footprint=np.full(100, 100.0))  # a gain of a million
     fit = SimpleNamespace(parts=[part], white=np.full(100, np.sqrt(1 + left / 100)))
-    monkeypatch.setattr(established, "unevenness", lambda fit, k: 0.0)
+    monkeypatch.setattr(heterogeneity, "unevenness", lambda fit, k: 0.0)
     candidate = SimpleNamespace(where=())
     found = SimpleNamespace(part=SimpleNamespace(name="second", size=0.0, candidate=candidate), gain=share * left)
     assert is_faint(fit, found) == faint
@@ -249,7 +249,7 @@ def test_what_does_not_stand_beside_the_others_is_not_established():
 
 @pytest.mark.parametrize(("uneven", "faint"), [(0.0, False), (0.3, False), (0.4, True)])
 def test_what_a_size_that_differs_would_explain_too_is_no_further_cause(monkeypatch, uneven, faint):
-    monkeypatch.setattr(established, "unevenness", lambda fit, k: uneven)
+    monkeypatch.setattr(heterogeneity, "unevenness", lambda fit, k: uneven)
     part = SimpleNamespace(name="first", size=0.0, footprint=np.full(100, 10.0))  # a gain of 10 000
     fit = SimpleNamespace(parts=[part], white=np.full(100, np.sqrt(21.0)))  # 2000 more than noise
     further = SimpleNamespace(name="second", size=0.0, candidate=SimpleNamespace(where=()))

@@ -1,13 +1,14 @@
 """The noise of repeated frames: what adds to it is named, a wrong number corrected, and nothing where it is right."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from made_up_walls import looks_at, sensor_of
 
 from fusion.discrepancy.channels.noise import noise_steps
-from fusion.discrepancy.channels.scatter import scatter_of
+from fusion.discrepancy.channels.scatter import filtered, scatter_of
 from fusion.discrepancy.channels.succession import succession_of
 from fusion.discrepancy.observe.observations import observe
 from fusion.sensor.effects.light.ambient_light import AmbientLight
@@ -133,3 +134,34 @@ def test_noise_that_no_model_holds_is_sized_behind_its_rounding(step_px):
     assert isinstance(step.effect, AxialNoise) and not more
     # a fifth: without noise the rounding itself scatters nothing, with it by a step over the root of twelve
     assert step.effect.sigma_px == pytest.approx(0.03, rel=0.2)
+
+
+def test_what_a_file_rounds_off_is_no_noise_of_the_sensor():
+    """Counts of a millimetre make as much noise as a quiet sensor near by; the file says how large they are."""
+    quiet = Sensor("quiet", "itof", (AxialNoise(c0=0.0005),))
+    file = SimpleNamespace(camera=SimpleNamespace(depth_scale=1000.0))
+    blocks = looks_at(quiet, 6)
+    stored = [
+        replace(
+            block,
+            std=np.sqrt(block.std**2 + 1e-6 / 12),
+            stage=SimpleNamespace(**{**vars(block.stage), "recording": file}),
+        )
+        for block in blocks
+    ]
+    assert noise_steps(observe(quiet, blocks))[1] == ()
+    assert noise_steps(observe(quiet, stored))[1] == ()
+
+
+def test_what_a_file_rounds_off_is_new_in_every_frame_behind_a_filter_too():
+    """A patch of which a quarter of the variance is the file's: the filter quietens the rest alone."""
+    quiet = Sensor("quiet", "itof", (AxialNoise(c0=0.0005),))
+    file = SimpleNamespace(camera=SimpleNamespace(depth_scale=1000.0))
+    (patch,) = observe(quiet, looks_at(quiet, 6)[2:3]).patches
+    stage = SimpleNamespace(**{**vars(patch.block.stage), "recording": file})
+    stored = replace(patch, block=replace(patch.block, stage=stage))
+    whole, renewed = filtered(stored, 0.5)
+    alone = filtered(patch, 0.5)
+    counts = np.median(patch.native) ** 2 * 1e-6 / 12
+    assert np.exp(whole) == pytest.approx(np.exp(alone[0]) + counts, rel=1e-6)
+    assert np.exp(whole + renewed) == pytest.approx(np.exp(alone[0] + alone[1]) + counts, rel=1e-6)

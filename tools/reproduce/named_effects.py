@@ -114,9 +114,9 @@ def _asked(kind: type[Effect], folder: Path, seed: int) -> Answer:
 
 
 def _record(kind: type[Effect], folder: Path, sensor: Sensor, camera: Camera, seed: int) -> None:
-    takes = [take for series in ADVICE[kind.name] for take in SERIES[series].takes]
-    for number, take in enumerate(takes):
-        scene = replace(built_in(take.scene, take.settings), camera=camera)
+    takes = [(take, SERIES[series].counts) for series in ADVICE[kind.name] for take in SERIES[series].takes]
+    for number, (take, counts) in enumerate(takes):
+        scene = replace(built_in(take.scene, take.settings), camera=replace(camera, depth_scale=counts))
         write_simulation(folder / f"rec_{number:02d}", simulate(scene, sensor, seed * 1000 + number))
 
 

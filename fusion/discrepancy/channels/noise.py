@@ -25,8 +25,9 @@ from fusion.discrepancy.channels.noise_parameters import (
     own_parameters,
 )
 from fusion.discrepancy.channels.scatter import Scatter, scatter_of
-from fusion.discrepancy.channels.turning import COMMON, TunedParameters, Whitener, as_stated, changes, turn, whitener_of
-from fusion.discrepancy.decisions import ALIKE, SPREAD_FRAMES
+from fusion.discrepancy.channels.turning import COMMON, Whitener, as_stated, changes, turn, whitener_of
+from fusion.discrepancy.decisions import SPREAD_FRAMES, SURE
+from fusion.discrepancy.naming.heterogeneity import FORM
 from fusion.discrepancy.observe.frame_block import FrameBlock
 from fusion.discrepancy.observe.observations import Observations, Patch
 from fusion.sensor.sensor import Sensor
@@ -35,7 +36,6 @@ Vector = NDArray[np.float64]
 
 MOST_STEPS = 3
 SILENT = float(np.log(100.0))  # of the measured over the predicted variance: the model says nothing of noise
-COMPARABLE = 0.8  # of the gain: a name that explains less is no look-alike
 
 
 def noise_steps(observations: Observations, held: Sequence[FrameBlock] = ()) -> tuple[Sensor, tuple[ChannelStep, ...]]:
@@ -113,7 +113,7 @@ def _step(
         gain,
         gain / max(before.chi2, 1e-9),
         probability(best, names),
-        _alike(best, tried, nothing, scatter, whitener),
+        _alike(best, tried),
         variables=_seen_variables(best, patches),
     )
 
@@ -178,22 +178,7 @@ def _applied(sensor: Sensor, best: Tried) -> tuple[Sensor, dict[str, float]]:
     return replace(sensor.having(effect), std=kept | {(best.name, name): s for name, s in std.items()}), std
 
 
-def _alike(
-    best: Tried, tried: Sequence[Tried], nothing: TunedParameters, scatter: Scatter, whitener: Whitener
-) -> tuple[str, ...]:
-    """Names whose own best fit changes the tiles in the same way."""
-    own = _footprint(best, nothing, scatter, whitener)
-    out: dict[str, None] = {}
-    for one in tried:
-        if one.name != best.name and one.gain > COMPARABLE * best.gain:
-            other = _footprint(one, nothing, scatter, whitener)
-            if own @ other > ALIKE * np.linalg.norm(own) * max(float(np.linalg.norm(other)), 1e-300):
-                out[one.name] = None
-    return tuple(out)
-
-
-def _footprint(one: Tried, nothing: TunedParameters, scatter: Scatter, whitener: Whitener) -> Vector:
-    """(2 n,) what an explanation changes beyond what known values may, whitened."""
-    zero = np.zeros(len(scatter))
-    excess, renewal = one.turned.excess() - nothing.excess(), one.turned.renewal() - nothing.renewal()
-    return whitener.white(scatter, excess + zero, renewal + zero)
+def _alike(best: Tried, tried: Sequence[Tried]) -> tuple[str, ...]:
+    """Names that explain the scatter as well: not clearly less, or by less than laws of a catalogue are off."""
+    least = best.gain - max(SURE, FORM * best.gain)
+    return tuple(dict.fromkeys(one.name for one in tried if one.name != best.name and one.gain > least))

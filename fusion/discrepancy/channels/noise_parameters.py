@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.channels.scatter import Scatter, predicted_variance
-from fusion.discrepancy.channels.succession import memory_of, succession_of
+from fusion.discrepancy.channels.scatter import Scatter, filtered, predicted_variance
+from fusion.discrepancy.channels.succession import memory_of
 from fusion.discrepancy.inference.shaking import SHAKES
 from fusion.discrepancy.observe.observations import Patch
 from fusion.sensor.effect import Effect
@@ -179,11 +179,10 @@ def _changes(effects: list[Effect], own: Effect, scatter: Scatter) -> tuple[Vect
 
 
 def _filtered(effects: list[Effect], own: Effect, patch: Patch) -> tuple[Vector, Vector]:
-    n, started = len(patch.block.frames), patch.block.frames[0] == 0
-    before = succession_of(round(memory_of(own), 6), n, started)
-    rows = np.array([succession_of(round(memory_of(effect), 6), n, started) for effect in effects]) - before
-    whole = np.ones(len(patch.tiles))
-    return rows[:, :1] * whole, rows[:, 1:] * whole * (n > 2)
+    before = filtered(patch, memory_of(own))
+    after = [filtered(patch, memory_of(effect)) for effect in effects]
+    factor, renewal = (np.stack([one[k] for one in after]) - before[k] for k in (0, 1))
+    return factor, renewal * (len(patch.block.frames) > 2)
 
 
 def _grown(effects: list[Effect], own: Effect, patch: Patch) -> Vector:

@@ -54,19 +54,21 @@ def variance(patch: Patch, spread: NDArray[np.floating]) -> Vector:
 
 def predicted_variance(patch: Patch, spread: NDArray[np.floating]) -> Vector:
     """(n,) variance in native units by a predicted spread (h, w) [m], no smaller than frames can show."""
-    # where all frames round to one step nobody knows how near the next one is
-    return np.maximum(variance(patch, spread), max(np.exp(-WANDERS) * patch.step**2 / 12, LEAST_VARIANCE))
+    return np.maximum(variance(patch, spread) + stored_step(patch) ** 2 / 12, _least(patch))
+
+
+def _least(patch: Patch) -> float:
+    """Where all frames round to one step nobody knows how near the next one is."""
+    return max(float(np.exp(-WANDERS)) * patch.step**2 / 12, LEAST_VARIANCE)
 
 
 def _scatter(patch: Patch) -> tuple[Vector, Vector, Vector, Vector]:
     n, block = len(patch.block.frames), patch.block
-    measured, predicted = np.maximum(variance(patch, block.std), LEAST_VARIANCE), predicted_variance(patch, patch.sigma)
+    measured = np.maximum(variance(patch, block.std), LEAST_VARIANCE)
     pixels = patch.tiles.pixels / _sharing(patch)
     floor = FLOOR**2 + _undithered(patch) ** 2
-    memory = max((memory_of(effect) for effect in patch.sensor.effects), default=0.0)
-    whole, renewed = succession_of(memory, n, started=block.frames[0] == 0)
-    settled = np.log((1 - memory) / (1 + memory))  # what the model says of a long series
-    excess = np.log(measured / predicted) - (whole - settled)
+    whole, renewed = filtered(patch, _memory(patch))
+    excess = np.log(measured) - whole
     excess_sigma = np.sqrt(2.0 / ((n - 1) * pixels) + floor)
     if n < 3 or block.succession is None:
         return excess, excess_sigma, np.zeros(len(excess)), np.full(len(excess), np.inf)
@@ -75,6 +77,22 @@ def _scatter(patch: Patch) -> tuple[Vector, Vector, Vector, Vector]:
     # von Neumann's ratio of normal noise, of which each pixel weighs with its own variance
     ratio = (n - 2) / ((n + 1) * (n - 1)) * (1 + 2 / (n - 1))
     return excess, excess_sigma, renewal, np.sqrt(ratio / pixels + floor)
+
+
+def filtered(patch: Patch, memory: float) -> tuple[Vector, Vector]:
+    """Logarithms (n,) of the variance in native units that these frames show where each keeps a share `memory` of the
+    one before, and of the share of it that is new in each: what the file rounds always is.
+    """
+    own = _memory(patch)  # of a long series, which is what the model predicts
+    unmixed = variance(patch, patch.sigma) * (1 + own) / (1 - own)
+    whole, renewed = succession_of(round(memory, 6), len(patch.block.frames), started=patch.block.frames[0] == 0)
+    stored = stored_step(patch) ** 2 / 12
+    total = np.maximum(unmixed * np.exp(whole) + stored, _least(patch))
+    return np.log(total), np.log(np.maximum(unmixed * np.exp(whole + renewed) + stored, LEAST_VARIANCE) / total)
+
+
+def _memory(patch: Patch) -> float:
+    return max((memory_of(effect) for effect in patch.sensor.effects), default=0.0)
 
 
 def _sharing(patch: Patch) -> float:
@@ -87,11 +105,18 @@ def _sharing(patch: Patch) -> float:
 
 def _undithered(patch: Patch) -> float:
     """How far a variance may wander (share of it) with the place between two steps of the rounding."""
-    step = patch.step
+    step = max(patch.step, stored_step(patch))
     # as the frames show: a model that has too little noise earns no allowance by it
     before = np.sqrt(max(float(variance(patch, patch.block.std).mean()) - step**2 / 12, 0.0))
     # the first harmonic of the rounding's own error, which fades as the noise grows over a step
     return WANDERS * float(np.exp(-2 * np.pi**2 * (before / step) ** 2)) if step > 0 else 0.0
+
+
+def stored_step(patch: Patch) -> float:
+    """A count of the file in native units, less what the model itself rounds; 0 where nobody knows."""
+    recording = getattr(patch.block.stage, "recording", None)
+    count = 0.0 if recording is None else float(np.median(np.abs(patch.native))) / recording.camera.depth_scale
+    return float(np.sqrt(max(count**2 - patch.step**2, 0.0)))
 
 
 def frozen_rounding(patch: Patch) -> float:
@@ -99,9 +124,7 @@ def frozen_rounding(patch: Patch) -> float:
 
     Where on its steps a pixel is nobody knows: the model's rounding and the frames' differ as two that share nothing.
     """
-    recording = getattr(patch.block.stage, "recording", None)
-    counts = 0.0 if recording is None else float(np.median(np.abs(patch.native))) / recording.camera.depth_scale
-    step, times = max((patch.step, 2), (counts, 1))
+    step, times = max((patch.step, 2), (stored_step(patch), 1))
     if not step:
         return 0.0
     before = max(float(np.median(variance(patch, patch.block.std))) - step**2 / 12, 0.0)

@@ -6,17 +6,18 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.decisions import ALIKE, REPLICATED
+from fusion.discrepancy.decisions import ALIKE, REPLICATED, SURE
 from fusion.discrepancy.inference.identifiability import ROOMY
 from fusion.discrepancy.naming.effect_part import EffectPart
 from fusion.discrepancy.naming.evidence import by_chance, inflation, left_out_gain, replicated_share
+from fusion.discrepancy.naming.heterogeneity import FORM, form_of
 from fusion.discrepancy.naming.intervals import spreads_of
 from fusion.discrepancy.naming.partial_residual import partial_residual
 from fusion.discrepancy.naming.plain_pairs import like_two
 from fusion.discrepancy.naming.refit import PartsFit, shapes_of
 from fusion.discrepancy.naming.search.candidates import Candidate
 from fusion.discrepancy.naming.search.score import scored
-from fusion.discrepancy.naming.search.space import Space
+from fusion.discrepancy.naming.search.space import Aim, Space
 from fusion.discrepancy.naming.search.step import NextPart, of_time
 from fusion.sensor.effect import Effect
 from fusion.sensor.where import Bound, inside
@@ -59,7 +60,7 @@ def judged(fit: PartsFit, candidates: Sequence[Candidate]) -> list[Step]:
 def judged_next(fit: PartsFit, found: NextPart, candidates: Sequence[Candidate]) -> Step:
     """A further part that is not added, as it would be judged beside the parts as they are."""
     part = found.part
-    space, _ = partial_residual(fit, None)
+    space, target = partial_residual(fit, None)
     seen = space.of(part.candidate.white)
     power = np.diag(np.linalg.pinv(seen.T @ seen + (np.eye(seen.shape[1]) * part.size**-2 if part.size else 0.0)))
     spread = np.sqrt(np.maximum(power, 0.0) * inflation(fit.white))
@@ -70,7 +71,7 @@ def judged_next(fit: PartsFit, found: NextPart, candidates: Sequence[Candidate])
         found.gain,
         found.held_out,
         found.probability,
-        _alike(fit, part, candidates, space),
+        _alike(fit, part, candidates, Aim(space, target), FORM),
         1.0 / length,
         part.weights,
         spread,
@@ -97,7 +98,7 @@ def _step(fit: PartsFit, k: int, candidates: Sequence[Candidate], spreads: Vecto
         own.gain,
         _held_out(fit, part, seen, target, own.gain),
         probability,
-        _alike(fit, part, candidates, space),
+        _alike(fit, part, candidates, Aim(space, target), form_of(fit, k)),
         float(np.linalg.norm(spreads[weights] * np.linalg.norm(seen, axis=0))) / max(length, 1e-12)
         if len(part.weights) <= 2
         else 1.0 / max(length, 1e-12),
@@ -118,11 +119,21 @@ def _held_out(fit: PartsFit, part: EffectPart, seen: Matrix, target: Vector, gai
     return share
 
 
-def _alike(fit: PartsFit, part: EffectPart, candidates: Sequence[Candidate], space: Space) -> tuple[str, ...]:
-    """Names that can make nearly the same change of the tiles, beside the other parts."""
+def _alike(fit: PartsFit, part: EffectPart, candidates: Sequence[Candidate], aim: Aim, form: float) -> tuple[str, ...]:
+    """Names that explain the recordings as well as a part does, beside the other parts.
+
+    As well: no recording tells clearly which it is, or what the rival lacks is less than laws of a catalogue are off.
+    One that would have to be larger than it can be is no rival.
+
+    Args:
+        form: share of a part's gain that may be a matter of its form.
+    """
     out: dict[str, None] = {}
-    fitted = space.of(part.footprint)
-    length = float(np.linalg.norm(fitted))
+    space, target = aim
+    seen = space.of(part.candidate.white)
+    fitted = seen @ part.weights
+    power, own = float(fitted @ fitted), scored(part.candidate, seen, target).gain
+    clear = SURE * inflation(target - fitted)
     share = _share(fit, part.candidate.where)
     most = part.candidate.columns.shape[1] + ROOMY
     taken = {other.name for other in (*fit.parts, part)}
@@ -131,10 +142,12 @@ def _alike(fit: PartsFit, part: EffectPart, candidates: Sequence[Candidate], spa
         if other.name in taken or other.name in out or other.columns.shape[1] > most:
             continue
         white = fit.covariance.whiten(other.columns * share[:, None]) if part.candidate.where else other.white
-        seen = space.of(white)
-        found = scored(other, seen, fitted)
-        near = found.gain > (ALIKE * length) ** 2 and np.isfinite(found.score)
-        if near and _alike_everywhere(whole, other, space):
+        rival = space.of(white)
+        found = scored(other, rival, fitted)
+        lacks = power - found.gain
+        as_well = lacks <= form * power or scored(other, rival, target).gain > own - clear
+        can_be = np.isfinite(found.score) and not EffectPart(other, found.weights).at_bound(fit.observations)
+        if as_well and can_be and _alike_everywhere(whole, other, space):
             out[other.name] = None
     return tuple(out)
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from fusion.discrepancy.naming.assessment import Step
 from fusion.discrepancy.naming.effect_part import EffectPart
-from fusion.discrepancy.naming.heterogeneity import unevenness
+from fusion.discrepancy.naming.heterogeneity import form_of
 from fusion.discrepancy.naming.refit import PartsFit, refitted
 from fusion.discrepancy.naming.search.step import NextPart
 from fusion.evaluation.quantization import LEVEL
@@ -14,9 +14,7 @@ from fusion.evaluation.quantization import LEVEL
 FAINT_WAVE = 0.003  # of the first gain: one more wave of a named effect that brings less is a matter of its form
 FAINT_NAME = 0.02  # of the first gain: less may be the form of a named effect, and is told of as likely
 NEARLY_ALL = 0.75  # of all that is left beyond noise: one that explains so much is no matter of form
-FORM = 0.01  # of the first gain, a tenth of its size: no law of a catalogue is known better than that
 FAINT_REGION = 0.1  # the same for one that acts in a region only, and for a field beside a field
-CLEARLY = 1.5  # times what a size that differs would explain: another cause explained twice to 25 times that
 UNSURE = 1 / LEVEL  # of a size: its own interval of 90 % does not tell it from zero
 LIKELY = 0.01  # a probability below which an effect is told of, though it is not established
 
@@ -32,8 +30,7 @@ def is_faint(fit: PartsFit, found: NextPart) -> bool:
         return found.gain < FAINT_REGION * max(fields)  # what one field leaves looks like another
     if any(part.name == found.part.name for part in fit.parts):
         return found.gain < (FAINT_REGION if found.part.candidate.where else FAINT_WAVE) * most
-    # were the size of the first law to differ over the data, that would explain as much: its form is known no better
-    form = max(FORM, CLEARLY * unevenness(fit, int(np.argmax(gains))) ** 2)
+    form = form_of(fit, int(np.argmax(gains)))
     if found.part.candidate.where:
         return found.gain < max(FAINT_REGION, form) * most
     # what the form of an effect leaves follows no other plain law

@@ -16,7 +16,17 @@ from fusion.discrepancy.unknown.unrestricted import covariates
 
 Vector = NDArray[np.float64]
 
+FORM = 0.01  # of a gain, a tenth of its size: no law of a catalogue is known better than that
+CLEARLY = 1.5  # times what a size that differs would explain: another cause explained twice to 25 times that
 CHANCE = 2.7  # evidence for a spread that chance alone gives in one case of twenty: half a chi2 of one number
+
+
+def form_of(fit: PartsFit, k: int) -> float:
+    """Share of the gain of part k that may be a matter of its form.
+
+    Were its size to differ over the data, that would explain as much: its form is known no better.
+    """
+    return max(FORM, CLEARLY * unevenness(fit, k) ** 2)
 
 
 def unevenness(fit: PartsFit, k: int) -> float:

@@ -23,7 +23,7 @@ from fusion.sensor.where import VARIABLES
 
 MOST_TILES = 2800  # time grows with the third power: with more, tiles are larger; these take a minute on two cores
 LARGEST_PX = 64
-SERIES = 5  # blocks of one recording from which on its tiles are larger, to keep the numbers few
+SERIES = 5  # blocks of one recording from which on its tiles are larger where they are many, to keep the numbers few
 TURNED, MOVED = 0.1, 0.1  # [rad], [m] guess: another side of a thing, beyond what a pose is off
 
 
@@ -199,7 +199,9 @@ def observe(sensor: Sensor, blocks: Sequence[FrameBlock], most: int | None = Non
     """Predict every block with a sensor model and cut it into tiles, about `most` (`MOST_TILES`) of them."""
     most = most or MOST_TILES
     many = {block.place for block in blocks if sum(other.place == block.place for other in blocks) > SERIES}
-    patches = [_patch(sensor, block, 2 if block.place in many else 1) for block in blocks]
+    patches = [_patch(sensor, block, 1) for block in blocks]
+    if many and sum(len(patch.tiles) for patch in patches) > most // 4:  # of a small thing fewer would be none
+        patches = [_patch(sensor, p.block, 2) if p.block.place in many else p for p in patches]
     start, side, count = patches, SIDE_PX, sum(len(patch.tiles) for patch in patches)
     while count > most and side < LARGEST_PX:
         # no larger than they must be: what swings within a tile is not seen

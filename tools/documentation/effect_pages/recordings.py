@@ -23,21 +23,24 @@ class Series:
 
     text: str  # what to do, as a part of a sentence
     takes: tuple[Take, ...]
+    counts: float = 1000.0  # per metre, of the files
 
 
 def _take(scene: str, **settings: object) -> Take:
     return Take(scene, {name: str(value) for name, value in settings.items()})
 
 
+WALLS = (
+    *(_take("wall", distance_m=d, frames=6) for d in (0.6, 0.9, 1.3, 1.8, 2.5, 3.5)),
+    *(_take("wall", distance_m=d, tilt_deg=t, frames=6) for d in (1.0, 1.8) for t in (-35, 35)),
+)
+FLAT = (
+    "a flat wall from six distances between 0.6 and 3.5 m, frontally, and from 1 and 1.8 m at 35 degrees to both "
+    "sides, set up anew each time"
+)
 SERIES = {
-    "walls": Series(
-        "a flat wall from six distances between 0.6 and 3.5 m, frontally, and from 1 and 1.8 m at 35 degrees to both "
-        "sides, set up anew each time",
-        (
-            *(_take("wall", distance_m=d, frames=6) for d in (0.6, 0.9, 1.3, 1.8, 2.5, 3.5)),
-            *(_take("wall", distance_m=d, tilt_deg=t, frames=6) for d in (1.0, 1.8) for t in (-35, 35)),
-        ),
-    ),
+    "walls": Series(FLAT, WALLS),
+    "fine walls": Series(f"{FLAT}, in files that count in tenths of a millimetre", WALLS, counts=10_000.0),
     "papers": Series(
         "a wall with squares of black, grey and white paper, from 0.8 to 2.5 m, twice at 25 degrees",
         tuple(
@@ -78,16 +81,16 @@ SERIES = {
     ),
     "minute": Series(
         "a board before a wall from 1 and 1.6 m, for a minute each, warm and nothing moved",
-        tuple(_take("warm-up", distance_m=d, frames=40, minutes=1, start_s=6000) for d in (1.0, 1.6)),
+        tuple(_take("warm-up", distance_m=d, frames=100, minutes=1, start_s=6000) for d in (1.0, 1.6)),
     ),
     "daylight": Series(
         "the wall from 0.8, 1.5 and 2.5 m in a dark room and in daylight of 5000 lux",
         tuple(_take("wall", distance_m=d, ambient_lux=lux, frames=12) for d in (0.8, 1.5, 2.5) for lux in (0, 5000)),
     ),
     "table": Series(
-        "an object of known shape on the turntable, from 15 and from 35 degrees above, with the angles that the table "
-        "states",
-        tuple(_take("turntable", frames=36, turns=1, elevation_deg=e) for e in (15, 35)),
+        "an object of known shape, 30 cm or larger, that fills the picture on the turntable, from 15 and from 35 "
+        "degrees above, with the angles that the table states",
+        tuple(_take("turntable", frames=36, turns=1, elevation_deg=e, scale=3, distance_m=0.8) for e in (15, 35)),
     ),
     "walk": Series(
         "a room of known shape that the camera sweeps through at 30 frames a second, three times",
@@ -111,13 +114,13 @@ ADVICE = {
     "projector_shadow": ("steps",),
     "ambient_light": ("daylight",),
     "ambient_flicker": ("daylight",),
-    "subsurface_scattering": ("papers", "walls"),
+    "subsurface_scattering": ("papers", "walls", "warm-up"),
     "specular_reflection": ("walls",),
     "multipath": ("corners",),
     "stray_light": ("near card", "papers"),
     "edge_fattening": ("strip",),
     "projector_thermal_drift": ("warm-up",),
-    "disparity_offset": ("walls",),
+    "disparity_offset": ("walls", "warm-up"),
     "disparity_distortion": ("walls",),
     "speckle_noise": ("walls",),
     "pixel_locking": ("walls",),
@@ -135,13 +138,13 @@ ADVICE = {
     "fixed_pattern": ("walls",),
     "temperature_drift": ("warm-up",),
     "depth_scale": ("walls",),
-    "depth_offset": ("walls",),
+    "depth_offset": ("walls", "warm-up"),
     "tabulated": ("walls",),
     "saturation": ("papers", "walls"),
     "amplitude_dropout": ("far papers", "papers"),
     "axial_noise": ("walls",),
-    "temporal_filtering": ("walk", "walls"),
-    "depth_quantization": ("walls",),
+    "temporal_filtering": ("walls",),
+    "depth_quantization": ("fine walls",),
 }
 
 

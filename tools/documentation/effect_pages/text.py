@@ -122,8 +122,8 @@ def example(kind: type[Effect]) -> dict[str, Any]:
     first = next((p.group for p in known if p.group), "")
     values: dict[str, Any] = {}
     if settings(kind):  # a table has no typical layout
-        values = {"variables": {"value": ["depth"]}, "grid": {"value": [[0.5, 2.0, 4.0]]}}
-        values["values"] = {"value": [0.006, 0.003, -0.001], "unit": "m"}
+        values = {"variables": {"value": ["depth"]}, "grid": {"value": [[0.5, 0.7, 1.0, 1.5, 4.0]]}}
+        values["values"] = {"value": [0.012, 0.005, 0.002, 0.0, 0.0], "unit": "m"}
         return {"effect": kind.name, "parameters": values, "source": "an example"}
     grouped = {p.group for p in known if p.group}
     for about in known:

@@ -20,7 +20,9 @@ Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 
 SHAPES = 3  # of each name that are tried: those that explain most alone
-TRIED = 4  # sets that are fitted through the sensor itself: a linear score may promise too much
+TRIED = (
+    2  # sets of each size that are fitted through the sensor itself: a linear score promises too much, or too little
+)
 FAINT = 1e-9  # of a direction's power: columns of two forms that are one
 
 
@@ -44,9 +46,7 @@ def rearranged(fit: PartsFit, candidates: Sequence[Candidate], most: int) -> Par
     if not fit.parts or any(fit.observations.sensor.effect(part.name) for part in fit.parts):
         return fit
     own = score_of(fit)
-    for score, parts in islice(_promising(fit, candidates, most), TRIED):
-        if score < own + SURE:
-            break
+    for parts in _promising(fit, candidates, most):
         other = refitted(parts, fit.observations, fit.covariance)
         if score_of(other) > own + SURE and all(_sound(other, k) for k in range(len(other.parts))):
             return other
@@ -88,13 +88,13 @@ def _sound(fit: PartsFit, k: int) -> bool:
     return own.score > 0 and left_out_gain(seen, target, place) >= REPLICATED * own.gain
 
 
-def _promising(fit: PartsFit, candidates: Sequence[Candidate], most: int) -> Iterator[tuple[float, list[EffectPart]]]:
-    """Sets of names in the order of their linear score."""
+def _promising(fit: PartsFit, candidates: Sequence[Candidate], most: int) -> Iterator[list[EffectPart]]:
+    """Of each size, the smallest first, the sets of names with the best linear score."""
     white = fit.covariance.whiten(fit.observations.residual)
     pool = _pool(candidates, fit, white)
     names = [form.name for form in pool.forms]
-    found: dict[tuple[str, ...], tuple[float, tuple[int, ...], Vector]] = {}
     for size in range(1, most + 1):
+        found: dict[tuple[str, ...], tuple[float, tuple[int, ...], Vector]] = {}
         for chosen in combinations(range(len(names)), size):
             key = tuple(names[i] for i in chosen)
             if len(set(key)) < size:
@@ -103,12 +103,17 @@ def _promising(fit: PartsFit, candidates: Sequence[Candidate], most: int) -> Ite
             score = gain - sum(pool.prices[i] for i in chosen)
             if key not in found or score > found[key][0]:
                 found[key] = score, chosen, weights
-    for score, chosen, weights in sorted(found.values(), key=lambda one: -one[0]):
-        ends = np.cumsum([pool.places[i].stop - pool.places[i].start for i in chosen])[:-1]
-        own = np.split(weights, ends)
-        forms = [pool.forms[i] for i in chosen]
-        if all(possible(form, w) for form, w in zip(forms, own, strict=True)):
-            yield score, [EffectPart(form, w) for form, w in zip(forms, own, strict=True)]
+        ranked = sorted(found.values(), key=lambda one: -one[0])
+        made = (_parts(pool, chosen, weights) for _, chosen, weights in ranked)
+        yield from islice(filter(None, made), TRIED)
+
+
+def _parts(pool: _Pool, chosen: tuple[int, ...], weights: Vector) -> list[EffectPart]:
+    """The parts of a set; none where one of them cannot be."""
+    ends = np.cumsum([pool.places[i].stop - pool.places[i].start for i in chosen])[:-1]
+    own, forms = np.split(weights, ends), [pool.forms[i] for i in chosen]
+    can_be = all(possible(form, w) for form, w in zip(forms, own, strict=True))
+    return [EffectPart(form, w) for form, w in zip(forms, own, strict=True)] if can_be else []
 
 
 def _pool(candidates: Sequence[Candidate], fit: PartsFit, white: Vector) -> _Pool:

@@ -77,11 +77,12 @@ class DisparityDistortion(Effect):
 
     @classmethod
     def own_forms(cls, shape: tuple[int, int]) -> list[Form]:
-        """Polynomials up to the fourth order, as a map: a smooth warp of the image, its mean and tilt included."""
+        """Any map, and polynomials up to the fourth order as one: a smooth warp, its mean and tilt included."""
         height, width = shape
         u, v = 2 * (np.arange(width) + 0.5) / width - 1, 2 * (np.arange(height)[:, None] + 0.5) / height - 1
         atoms = tuple({"map": 0.005 * u ** (n - k) * v**k} for n in range(ORDERS) for k in range(n + 1))
-        return [Form(cls, {"decay": decay}, atoms, join=_added) for decay in (0.0, 0.03, 0.1)]
+        smooth = [Form(cls, {"decay": decay}, atoms, join=_added) for decay in (0.0, 0.03, 0.1)]
+        return [*smooth, Form(cls, {"decay": 0.0}, map="map")]
 
 
 def _added(atoms: Sequence[Atom], weights: Sequence[float]) -> Atom:

@@ -1,0 +1,51 @@
+"""Look-alikes: what recordings do not tell apart, or what would have to be larger than it can be, and nothing else."""
+
+import numpy as np
+from made_up_walls import HEIGHT, WIDTH, looks_at, sensor_of
+from scipy.ndimage import gaussian_filter
+
+from fusion.discrepancy.inference.tile_covariance import covariance_of
+from fusion.discrepancy.naming.naming import Named, name_effects
+from fusion.discrepancy.naming.search.candidates import candidates_of
+from fusion.discrepancy.observe.observations import observe
+from fusion.sensor.effect import Effect
+from fusion.sensor.effects.optics.refraction import Refraction
+from fusion.sensor.effects.phase.emitter_parallax import EmitterParallax
+from fusion.sensor.effects.readout.depth_offset import DepthOffset
+from fusion.sensor.effects.triangulation.disparity_distortion import DisparityDistortion
+
+
+def named(principle: str, hidden: Effect) -> Named:
+    blocks = looks_at(sensor_of(principle, hidden), 3, off=0.3)
+    observations = observe(sensor_of(principle), blocks)
+    covariance = covariance_of(observations)
+    return name_effects(blocks, observations, covariance, candidates_of(observations, covariance))
+
+
+def test_an_offset_is_no_pane_and_no_other_sensor_where_these_would_be_too_large():
+    """A pane would be 0.1 m thick, another sensor's light more than the own."""
+    step = named("itof", DepthOffset(offset=0.05)).steps[0]
+    assert step.effect.name == "depth_offset"
+    assert step.alike == (
+        "subsurface_scattering",
+    )  # the same law; a sensor that warms up, from wall to wall, has another
+
+
+def test_what_a_clear_pane_does_to_slanted_rays_tells_it_from_an_offset_and_a_faint_one_not():
+    clear, faint = (named("itof", Refraction(thickness=size)) for size in (0.02, 0.001))
+    assert clear.steps[0].effect.name == "refraction" and clear.steps[0].alike == ()
+    sets = [{step.effect.name, *step.alike} for step in faint.steps] or [set()]
+    assert "refraction" in sets[0] and "depth_offset" in sets[0]
+
+
+def test_a_lamp_beside_the_lens_is_not_followed_by_a_map_because_its_law_bends():
+    """To first order it is a slope over the image; its second order, of 1 / r, a map could only follow on average."""
+    steps = named("itof", EmitterParallax(baseline=0.2, direction=0.5)).steps
+    assert [step.effect.name for step in steps] == ["emitter_parallax"]
+
+
+def test_a_warp_of_the_pattern_that_no_polynomial_follows_is_one():
+    rng = np.random.default_rng(4)
+    warp = gaussian_filter(rng.normal(size=(HEIGHT, WIDTH)), 12)
+    steps = named("structured_light", DisparityDistortion(map=0.3 * warp / warp.std())).steps
+    assert [step.effect.name for step in steps] == ["disparity_distortion"]
