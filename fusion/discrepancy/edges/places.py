@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.decisions import FAR, NOISE_ALONE
+from fusion.discrepancy.decisions import DETECTED, FAR, NOISE_ALONE
 from fusion.discrepancy.edges.rims import BIN_PX, SIDES, Displaced, Rims
 from fusion.discrepancy.inference.camera_file import USUAL_PX
 from fusion.sensor.sensor import Sensor
@@ -37,10 +37,10 @@ class EdgeFit:
 
 @dataclass(frozen=True)
 class EdgePlaces:
-    """All rims of some blocks.
+    """The rims of all placements, and where their edges may stand.
 
     Args:
-        rims: one per block with edges.
+        rims: one for each placement.
         factor: by which poses are worse than stated.
     """
 
@@ -48,17 +48,22 @@ class EdgePlaces:
     factor: float = 1.0
 
     @cached_property
-    def placements(self) -> tuple[int, ...]:
-        return tuple(sorted({rims.patch.block.place for rims in self.rims}))
-
-    @cached_property
-    def _shapes(self) -> tuple[str, ...]:
-        return tuple(sorted({rims.patch.block.stage.shape for rims in self.rims}))
-
-    @cached_property
     def place(self) -> NDArray[np.intp]:
         """(n,) number of the placement of each bin."""
-        return np.concatenate([np.full(len(r), self.placements.index(r.patch.block.place)) for r in self.rims])
+        return np.repeat(np.arange(len(self.rims)), [len(rims) for rims in self.rims])
+
+    @cached_property
+    def _shapes(self) -> list[str]:
+        return sorted({rims.patch.block.stage.shape for rims in self.rims})
+
+    @property
+    def _common(self) -> int:
+        """Where the unknowns that placements share begin."""
+        return OWN * len(self.rims)
+
+    def _outline(self, rims: Rims) -> int:
+        """Number of the unknown outline of what stands before a camera."""
+        return self._common + 2 + self._shapes.index(rims.patch.block.stage.shape)
 
     @cached_property
     def prior(self) -> Vector:
@@ -67,35 +72,28 @@ class EdgePlaces:
 
         What is stated of poses is often too small: their tails are those of a Cauchy distribution.
         """
-        out = np.zeros(OWN * len(self.placements) + 2 + len(self._shapes))
-        for rims in self.rims:
+        out = np.full(self._common + 2 + len(self._shapes), USUAL_PX)
+        for k, rims in enumerate(self.rims):
             stage, focal = rims.patch.block.stage, rims.patch.view.camera.fx
             off = focal * np.hypot(stage.sigma_rad, stage.sigma_m / float(np.median(rims.depth)))
-            k = OWN * self.placements.index(rims.patch.block.place)
-            out[k : k + OWN] = np.maximum(out[k : k + OWN], self.factor * np.array([off, off, stage.sigma_rad]))
-            known = stage.mesh_sigma_m
-            out[-1 - self._shapes[::-1].index(stage.shape)] = OUTLINE_M if known is None else np.hypot(known, OUTLINE_M)
-        out[OWN * len(self.placements) :][:2] = USUAL_PX
+            out[OWN * k :][:OWN] = self.factor * np.array([off, off, stage.sigma_rad])
+            out[self._outline(rims)] = np.hypot(stage.mesh_sigma_m or 0.0, OUTLINE_M)
         return out
 
-    def moved(self, rims: Rims, at: Vector) -> Displaced:
-        """By how much the edges of a block are displaced, as rims take it."""
-        k, common = OWN * self.placements.index(rims.patch.block.place), OWN * len(self.placements)
-        outline = at[common + 2 + self._shapes.index(rims.patch.block.stage.shape)] * rims.patch.view.camera.fx
-        return Displaced(float(at[k] + at[common]), float(at[k + 1] + at[common + 1]), float(at[k + 2]), float(outline))
+    def moved(self, k: int, at: Vector) -> Displaced:
+        """By how much the edges of a placement are displaced, as rims take it."""
+        (u, v, roll), (cx, cy) = at[OWN * k :][:OWN].tolist(), at[self._common :][:2].tolist()
+        return Displaced(u + cx, v + cy, roll, at[self._outline(self.rims[k])] * self.rims[k].patch.view.camera.fx)
 
     @cached_property
     def _towards_far(self) -> Matrix:
         """(n, k) displacement of each bin's edge towards the far side [px] by each unknown."""
         out = np.zeros((len(self.place), len(self.prior)))
-        start, common = 0, OWN * len(self.placements)
-        for rims in self.rims:
-            rows = slice(start, start + len(rims))
-            k = OWN * self.placements.index(rims.patch.block.place)
-            out[rows, k : k + OWN], out[rows, common : common + 2] = rims.normal, rims.normal[:, :2]
-            shape = common + 2 + self._shapes.index(rims.patch.block.stage.shape)
-            out[rows, shape] = rims.patch.view.camera.fx / rims.depth
-            start += len(rims)
+        for k, rims in enumerate(self.rims):
+            rows = self.place == k
+            out[rows, OWN * k : OWN * (k + 1)] = rims.normal
+            out[rows, self._common : self._common + 2] = rims.normal[:, :2]
+            out[rows, self._outline(rims)] = rims.patch.view.camera.fx / rims.depth
         return out
 
     @cached_property
@@ -138,14 +136,15 @@ class EdgePlaces:
             best = min(best, tried, key=lambda fit: fit.cost)
         return best
 
-    def apart(self, one: Sensor, other: Sensor) -> float:
-        """Chi2 by which two models differ where no displacement makes one of the other."""
+    def tells(self, one: Sensor, other: Sensor) -> bool:
+        """True where two models differ by five standard deviations, and by more than what counts as agreement, where no
+        displacement makes one of the other."""
         still = np.zeros(len(self.prior))
         fit = self._at(one, still)
         white = np.concatenate((self._at(other, still).profiles - fit.profiles) / self._sigma)
         A = self._straight(fit.profiles)
         left = white - A @ self._solved(A, white, still)
-        return float(left @ left)
+        return float(left @ left) > max(DETECTED**2, NOISE_ALONE * self.telling(fit))
 
     @property
     def opposite(self) -> bool:
@@ -161,28 +160,29 @@ class EdgePlaces:
 
     def _summed(self, off: Vector) -> tuple[Matrix, Vector]:
         """The displacement of each side of each block as one equation, to `ROUGH_PX`."""
-        number, start = np.zeros(len(off), np.intp), 0
-        for k, rims in enumerate(self.rims):
-            number[start : start + len(rims)] = SIDES * k + rims.side
-            start += len(rims)
+        number = SIDES * self.place + np.concatenate([rims.side for rims in self.rims])
         used = np.unique(number)
         rows = [self._towards_far[number == k].mean(axis=0) / ROUGH_PX for k in used]
         return np.array(rows), np.array([-BIN_PX * off[number == k].sum() / ROUGH_PX for k in used])
 
     def _solved(self, A: Matrix, white: Vector, at: Vector) -> Vector:
-        own = np.arange(len(at)) < OWN * len(self.placements)
+        own = np.arange(len(at)) < self._common
         for _ in range(6):  # Cauchy tails as weights
             weights = np.where(own, 2.0 / (self.prior**2 + at**2), 1.0 / self.prior**2)
             at = np.linalg.solve(A.T @ A + np.diag(weights), A.T @ white)
         return np.asarray(at)
 
     def _at(self, sensor: Sensor, at: Vector) -> EdgeFit:
-        profiles = np.concatenate([rims.predicted(sensor, self.moved(rims, at)) for rims in self.rims], axis=1)
+        parts = [rims.predicted(sensor, self.moved(k, at)) for k, rims in enumerate(self.rims)]
+        profiles = np.concatenate(parts, axis=1)
         size = np.abs(self.recorded - profiles) / self._sigma
         tamed = np.where(size > FAR, 2 * FAR * size - FAR**2, size**2).sum(axis=0)
-        squares, own = (at / self.prior) ** 2, OWN * len(self.placements)
+        squares, own = (at / self.prior) ** 2, self._common
         tails = 2 * np.log1p(squares[:own])
-        costs = np.bincount(self.place, weights=tamed, minlength=len(self.placements))
+        costs = np.bincount(
+            self.place,
+            weights=tamed,
+        )
         return EdgeFit(costs + tails.reshape(-1, OWN).sum(axis=1), float(squares[own:].sum()), at, profiles)
 
 

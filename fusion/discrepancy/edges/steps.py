@@ -10,10 +10,10 @@ from scipy.special import chdtrc, logsumexp
 
 from fusion.discrepancy.channels.channel_step import ChannelStep
 from fusion.discrepancy.channels.noise_parameters import USUAL, with_value
-from fusion.discrepancy.decisions import CONFIDENCE, DETECTED, FALSE_ALARM, REPLICATED, SURE
+from fusion.discrepancy.decisions import CONFIDENCE, FALSE_ALARM, REPLICATED, SURE
 from fusion.discrepancy.edges.places import EdgeFit, EdgePlaces
 from fusion.discrepancy.edges.rims import acts_at_edges, rims_of
-from fusion.discrepancy.observe.observations import Observations, Patch
+from fusion.discrepancy.observe.observations import Observations, Patch, views_of
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
 from fusion.sensor.parameter import Parameter, parameters
@@ -114,9 +114,11 @@ def edge_steps(observations: Observations) -> tuple[Sensor, tuple[ChannelStep, .
 
 def places_of(observations: Observations) -> EdgePlaces | None:
     """The edges of all blocks; None where none is seen."""
-    first: dict[int, Patch] = {}  # of a series the first frames
-    for patch in observations.patches:
-        first.setdefault(patch.block.place, patch)
+    views = views_of([patch.block.T_world_camera for patch in observations.patches])
+    single = len({patch.block.place for patch in observations.patches}) == 1
+    first: dict[int, Patch] = {}  # of a series the first frames; of one recording alone its views
+    for view, patch in zip(views, observations.patches, strict=True):
+        first.setdefault(view if single else patch.block.place, patch)
     every = (one for one in map(rims_of, first.values()) if one is not None)
     rims = tuple(one for one in every if np.max(one.shaken) < MOST_SHAKEN_PX)
     return EdgePlaces(rims, observations.loose.pose) if rims else None
@@ -131,7 +133,7 @@ def shown_at_edges(observations: Observations) -> set[str]:
     for form in _forms(sensor):
         sizes = (0.0, form.usual)
         without, within = (sensor.having(with_value(form.effect, form.parameter, size)) for size in sizes)
-        if form.name not in out and places.apart(without, within) > DETECTED**2:
+        if form.name not in out and places.tells(without, within):
             out.add(form.name)
     return out
 

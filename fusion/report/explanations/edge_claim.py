@@ -53,7 +53,7 @@ def _figure(found: Explanation, places: EdgePlaces, name: str, effect: str) -> F
             "What is recorded across a depth edge",
             to_svg(figure, name),
             f"Profile across depth edges with and without {effect}.",
-            f"Means over {len(places.placements)} placements and all edges, the near thing on the left; each model "
+            f"Means over {len(places.rims)} placements and all edges, the near thing on the left; each model "
             "with the edges where poses, camera file and outline let it fit best. Left: the depth. Middle: how much "
             "pixels lie between both sides, wherever the edge is. Right: how much they change from frame to frame.",
         )
