@@ -13,6 +13,7 @@ from fusion.batch.warm import Answer, run_warm
 from fusion.errors import FusionError
 from fusion.files.json_file import read_json
 from fusion.files.output.publish import atomic_file
+from fusion.files.output.refused import of_the_disk
 
 BOOKS = ".batch"  # in the batch's folder: a row and a picture of each job
 REASON = 500  # characters
@@ -86,7 +87,7 @@ def _row(job: Job, answer: Answer, folder: Path) -> JobRow:
     if answer.status is None:
         return replace(row, status="stopped", light="failed", reason=answer.said)
     if answer.status:
-        status = "refused" if answer.status in (1, 2) else "stopped"
+        status = "refused" if answer.status in (1, 2) and not of_the_disk(answer.said) else "stopped"
         return replace(row, status=status, light="failed", reason=_reason(answer.said))
     if not there:
         return replace(row, status="refused", light="failed", reason="the command wrote nothing to {out}")

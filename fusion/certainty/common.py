@@ -23,6 +23,7 @@ class Common:
     # relative, of the size by all that may be wrong with the depth, where that is known; else the depth as a share of
     # the distance stands for it
     size: float | None = None
+    blur: float = 0.0  # relative, of the size by windows and pixels that flatten what bulges
 
     @property
     def calibrated(self) -> bool:
@@ -41,6 +42,11 @@ class Common:
         by_depth = (self.depth or 0.0) / max(self.distance, 1e-9) if self.size is None else self.size
         return float(np.hypot(self.focal or 0.0, by_depth))
 
+    @property
+    def whole(self) -> float:
+        """Relative standard deviation of the size by all of it; what blur moves is no error of calibration."""
+        return float(np.hypot(self.scale, self.blur))
+
     def along(self, points: Array, normals: NDArray[np.floating]) -> Array:
         """Standard deviation (n,) [m] along the normals of points (n, 3) about their middle."""
         from_middle = points - points.mean(axis=0)
@@ -51,7 +57,8 @@ class Common:
         return {
             "focal_relative": self.focal,
             "depth_m": self.depth,
-            "scale_relative": self.scale if self.calibrated else None,
+            "scale_relative": self.whole if self.calibrated else None,
+            "blur_relative": self.blur,
             "distance_m": self.distance,
             "focal_told_by": self.told_by,
         }

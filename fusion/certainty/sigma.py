@@ -15,6 +15,7 @@ from fusion.mesh.mesh import Mesh
 
 Array = NDArray[np.float64]
 AROUND = 12  # vertices nearby that are taken for one place: their views differ alike (guess)
+LEAST_PLACES = 7  # as many as a motion and a size have numbers
 WORTH = 8.0  # looks that the scan's own mean counts for beside a place's (guess)
 
 
@@ -91,9 +92,11 @@ def put_together(mesh: Mesh, some: NDArray[np.intp], looks: Looks, shared: Share
     # what all views around say together, less than noise explains: the volume stands beside what was measured
     beside = np.maximum(_around(mean, near) ** 2 - noise / AROUND, 0)
     size = np.hypot(causes.blur_px * looks.pixel, causes.voxel / np.sqrt(12))
-    blurred = moved_by_blur(_around(bend(mesh)[some], near), size)
+    bent = _around(bend(mesh)[some], near)
+    blurred = moved_by_blur(bent, size)
     posed = np.zeros(len(some)) if causes.pose is None else causes.pose(points, normals, looks)
     common = causes.common.along(points, normals)
+    whole = replace(causes.common, blur=_grown(points[seen], normals[seen], -np.sign(bent[seen]) * blurred[seen]))
     variances = {"noise": noise, "model": beside, "bends": blurred**2, "poses": posed**2, "calibration": common**2}
     total = np.sqrt(np.sum(list(variances.values()), axis=0))
     parts: dict[str, float | None] = {name: _rms(value[seen]) for name, value in variances.items()}
@@ -103,7 +106,16 @@ def put_together(mesh: Mesh, some: NDArray[np.intp], looks: Looks, shared: Share
     if causes.pose is None:
         parts["poses"], unknown = None, (*unknown, "poses")
     sigma = _everywhere(mesh.vertices, points[seen], total[seen])
-    return Sure(sigma, parts, unknown, shared, causes.common, float(np.mean(~seen)) if len(seen) else 1.0)
+    return Sure(sigma, parts, unknown, shared, whole, float(np.mean(~seen)) if len(seen) else 1.0)
+
+
+def _grown(points: Array, normals: Array, shifts: Array) -> float:
+    """By how much, relative, shifts (n,) [m] along normals of points (n, 3) change the size, beside a rigid motion."""
+    if len(points) < LEAST_PLACES:
+        return 0.0
+    arm = points - points.mean(axis=0)
+    columns = np.column_stack([np.cross(arm, normals), normals, np.sum(arm * normals, axis=1)])
+    return abs(float(np.linalg.lstsq(columns, shifts, rcond=None)[0][-1]))
 
 
 def without_words(unknown: tuple[str, ...]) -> str:

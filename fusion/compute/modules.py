@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stdout
 from importlib import import_module
 from importlib.util import find_spec, module_from_spec
+from tempfile import gettempdir
 from types import ModuleType
 
 from fusion.compute.process import own_process
@@ -25,7 +26,10 @@ def loaded_again(name: str) -> ModuleType:
 
 @contextmanager
 def said(**variables: str) -> Iterator[None]:
-    """Environment variables for a while, where nobody has set them."""
+    """Environment variables for a while, where nobody has set them; one more where no home is told, as to a service
+    often none is: back ends end the whole process then, when they are imported and when they start."""
+    if not os.environ.get("HOME"):
+        variables["XDG_CACHE_HOME"] = gettempdir()
     ours = {name: value for name, value in variables.items() if name not in os.environ}
     os.environ.update(ours)
     try:

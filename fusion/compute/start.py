@@ -9,8 +9,10 @@ from functools import cache
 from pathlib import Path
 
 from fusion.compute import choice
-from fusion.compute.back_end import KEPT, PROCESSORS, init, ti, turn
+from fusion.compute.back_end import PROCESSORS, init, ti, turn
 from fusion.compute.cards.best_card import best_card
+from fusion.compute.kept import kept_in
+from fusion.compute.modules import said
 from fusion.compute.process import own_process
 from fusion.errors import FusionError
 from fusion.progress import note
@@ -42,9 +44,7 @@ def _started() -> str:
         note(f"kernels run on: {name}")
     if name not in KINDS:
         raise FusionError("unknown device", "FUSION_DEVICE", name, ", ".join(choice.DEVICES))
-    kept = kernels_kept_in()
-    if not kept.exists():
-        note("compiling the kernels, once on this machine: up to a minute")
+    kept = kept_in()
     before = _threads()
     # a thread in which it starts takes numbers near 0 for 0 from then on, in numpy too: it gets one that ends
     with ThreadPoolExecutor(1) as aside:
@@ -66,16 +66,17 @@ def _started() -> str:
     return name
 
 
-def _init(device: object, kept: Path) -> None:
-    init(
-        arch=device,
-        log_level=ti.ERROR,
-        offline_cache=True,
-        offline_cache_file_path=str(kept),
-        default_fp=ti.f32,
-        default_ip=ti.i32,
-        fast_math=False,
-    )
+def _init(device: object, kept: Path | None) -> None:
+    with said():  # it asks for a home, though it is told where to keep what it compiles
+        init(
+            arch=device,
+            log_level=ti.ERROR,
+            offline_cache=kept is not None,
+            offline_cache_file_path=str(kept or Path.cwd()),  # it asks for a path even so
+            default_fp=ti.f32,
+            default_ip=ti.i32,
+            fast_math=False,
+        )
     ti.lang.impl.get_runtime().materialize()  # what only the thread may do in which it was started
 
 
@@ -83,14 +84,6 @@ def keep_kernels() -> None:
     """Keep what was compiled anew, as the back end does in a process' end; no kernel runs after it."""
     if (program := ti.lang.impl.get_runtime().prog) is not None:
         program.finalize()
-
-
-def kernels_kept_in() -> Path:
-    """The folder of compiled kernels; a variable of the back end's own says another one."""
-    variable, folder = KEPT
-    given = os.environ.get(variable)
-    home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    return Path(given) if given else home / "fusion" / folder
 
 
 def _keep_memory() -> None:

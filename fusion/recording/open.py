@@ -43,6 +43,8 @@ FOLDERS: tuple[ModuleType, ...] = (
     freenect2,
     plain,
 )
+# any folder of images may be one of the others: to find that out they are opened
+TELLING = tuple(form for form in FOLDERS if form not in (freenect2, plain))
 FILES: tuple[ModuleType, ...] = (bag, mkv, record3d, polycam, nerfstudio, oni, sens, klg, xef, xef_depth)
 READ = "a folder with depth images, or a file of a known format (docs/formats.md)"
 NOT_READ = {".exr", ".pfm"}  # kinds of images in which others keep depth
@@ -72,7 +74,9 @@ def open_recording(path: Path | str, camera: Camera | Path | str | None = None, 
         raise RecordingError("there is no recording", path, "nothing", "a folder with depth images, or a recorded file")
     form = recognised(path)
     if form is None:
-        raise not_read.refusal(path) or _not_recognised(path)
+        raise not_read.refusal(path) or _part(path) or _not_recognised(path)
+    if form is plain and camera is None and (part_of := _part(path)):
+        raise part_of
     if getattr(form, "HAS_TOPICS", False):
         read = partial(form.read, path, topic=topic)
     elif topic is not None:
@@ -126,6 +130,12 @@ def recognised(path: Path) -> ModuleType | None:
     return next((form for form in (FOLDERS if path.is_dir() else FILES) if form.recognises(path)), None)
 
 
+def _part(path: Path) -> RecordingError | None:
+    """What lies in a recording and is none, as shells make of "scan/*"."""
+    whole = next((folder for folder in path.parents[:2] if any(form.recognises(folder) for form in TELLING)), None)
+    return RecordingError("this is a part of a recording", path, do=f"name the recording: {whole}") if whole else None
+
+
 def _not_recognised(path: Path) -> RecordingError:
     if path.is_dir():
         return _no_recording_folder(path)
@@ -142,9 +152,7 @@ def _entries(folder: Path) -> list[Path]:
 
 def _no_recording_folder(folder: Path) -> RecordingError:
     names = sorted(entry.name + "/" * entry.is_dir() for entry in folder.iterdir())
-    # any folder of images may be a plain one: to find that out they are opened, and nobody asked for that
-    telling = [form for form in FOLDERS if form not in (freenect2, plain)]
-    inside = [name for name in names if name.endswith("/") and any(f.recognises(folder / name) for f in telling)]
+    inside = [name for name in names if name.endswith("/") and any(f.recognises(folder / name) for f in TELLING)]
     found = ", ".join(names[:8]) + (f" and {len(names) - 8} more" if len(names) > 8 else "")
     expected = (
         "depth.txt (native, TUM), frame-000000.depth.png (7-Scenes), scene_camera.json (BOP), "

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from fusion.errors import SensorError
 from fusion.geometry.camera import Camera, Principle
+from fusion.sensor.depth_errors import DepthErrors
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import place_of
 from fusion.sensor.effects.light.illumination_vignetting import IR_AT_1M
@@ -38,6 +39,7 @@ class Sensor:
         sources: effect to where its values come from.
         fitted: effects whose numbers were found together on this very unit: they are undone whole, however badly each
             is known by itself, as what one of them has too much the others have too little.
+        depth_errors: what the fitted effects may still get wrong together; None where no calibration says it.
         kept: entries of the file that this version knows by name only, as they were read.
         left_out: what the model does not do, one sentence each.
         warnings: what looked wrong while reading, one sentence each.
@@ -54,6 +56,7 @@ class Sensor:
     std: dict[tuple[str, str], float | tuple[float, ...]] = field(default_factory=dict)
     sources: dict[str, str] = field(default_factory=dict)
     fitted: frozenset[str] = frozenset()
+    depth_errors: DepthErrors | None = None
     kept: tuple[dict[str, Any], ...] = ()
     left_out: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
@@ -79,7 +82,9 @@ class Sensor:
     def having(self, effect: Effect) -> "Sensor":
         """This sensor with an effect in place of its own of that name, or in addition."""
         others = tuple(own for own in self.effects if own.name != effect.name)
-        return replace(self, effects=(*others, effect), fitted=self.fitted - {effect.name}, left_out=())
+        known = None if effect.name in self.fitted else self.depth_errors
+        fitted = self.fitted - {effect.name}
+        return replace(self, effects=(*others, effect), fitted=fitted, depth_errors=known, left_out=())
 
     def why_not_corrected(self, effect: Effect) -> str:
         """Why the correction leaves an effect of this sensor; empty when it undoes it."""

@@ -1,15 +1,20 @@
 """A command for tests of batches, quick and with habits of its own: what a recording's file says, it does.
 
-good: writes its output. bad: refuses. spin S: computes for S seconds of the processor. kill: kills the worker the first
-time. sleep: takes long. hog: takes memory. crash: dies. Every beginning is a line in runs.log beside the recordings.
+good: writes its output. bad: refuses. full: finds no room on the disk. spin S: computes for S seconds of the processor.
+kill: kills the worker the first time. sleep: takes long. hog: takes memory. crash: dies. Every beginning is a line in
+runs.log beside the recordings.
 """
 
+import errno
 import json
 import os
 import signal
 import sys
 import time
 from pathlib import Path
+
+from fusion.errors import FusionError
+from fusion.files.output.refused import told
 
 
 def run(words: list[str]) -> int:
@@ -21,6 +26,13 @@ def run(words: list[str]) -> int:
     if habit[0] == "bad":
         sys.stderr.write("fusion do: the recording is broken; in it\n")
         return 1
+    if habit[0] == "full":
+        try:
+            with told(out):
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        except FusionError as error:
+            sys.stderr.write(f"fusion do: {error}\n")
+            return 1
     if habit[0] == "kill" and not (given.parent / f".{given.name}.killed").exists():
         (given.parent / f".{given.name}.killed").touch()
         os.kill(os.getppid(), signal.SIGKILL)

@@ -69,11 +69,12 @@ def test_killed_workers_and_broken_recordings_leave_37_results_and_3_rows(scans,
 
 
 def test_limits_stop_a_job_and_not_the_batch(scans, tmp_path):
-    made = scans("sleep", "good", "hog", "crash", "good")
+    made = scans("sleep", "good", "hog", "crash", "full", "good")
     batch = run(made, tmp_path / "out", limits=JobLimits(seconds=3.0, gigabytes=0.3))
-    assert [row.status for row in batch.rows] == ["stopped", "done", "stopped", "stopped", "done"]
+    assert [row.status for row in batch.rows] == ["stopped", "done", "stopped", "stopped", "stopped", "done"]
     told = [row.reason for row in batch.rows]
     assert "3 s" in told[0] and ("0.3 GB" in told[2] or "3 s" in told[2]) and "signal 11" in told[3]
+    assert "the disk is full" in told[4]  # which does not lie in the recording: the next run tries again
 
 
 @pytest.fixture

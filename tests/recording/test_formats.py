@@ -211,3 +211,13 @@ def test_four_numbers_go_with_the_size_of_the_images(tmp_path):
     given = seven_scenes(tmp_path)  # 160 x 120, not the data set's 640 x 480
     camera = open_recording(tmp_path, f"{given.fx},{given.fy},{given.cx},{given.cy}").camera
     assert (camera.width, camera.height) == (160, 120) and camera.fx == given.fx
+
+
+@pytest.mark.parametrize("part", ["scene_camera.json", "depth"])
+def test_a_part_of_a_recording_names_it(tmp_path, part):
+    """What shells make of "scan/*"; a folder of images is opened as it is where its camera is said."""
+    bop(tmp_path / "scan")
+    with pytest.raises(RecordingError, match=r"part of a recording.*name the recording: .*scan$"):
+        open_recording(tmp_path / "scan" / part)
+    if part == "depth":
+        assert len(open_recording(tmp_path / "scan" / part, camera=synthetic.CAMERA)) == 3

@@ -7,7 +7,8 @@ import pytest
 
 from fusion.geometry.camera import Camera
 from fusion.geometry.depth import PointMap
-from fusion.turntable.selfcheck import NAMES, PRIOR, DepthKnown, SelfCheck, prior_of
+from fusion.turntable.selfcheck import NAMES, PRIOR, DepthKnown, SelfCheck
+from fusion.turntable.selfcheck import prior_of as prior_at
 from fusion.turntable.views import ObjectView
 
 CAMERA = Camera(40, 30, 50.0, 52.0, 19.0, 15.0)
@@ -57,6 +58,15 @@ def test_only_the_named_errors_are_taken_over():
     assert not check.values[1:].any()
 
 
+POINTS = np.column_stack([np.random.default_rng(1).uniform(-0.2, 0.2, (50, 2)), np.linspace(0.6, 1.0, 50)])
+RANGE = SelfCheck(np.zeros(len(NAMES)), 0.6, 1.0)
+
+
+def prior_of(camera, known):
+    """(13,) for some points."""
+    return prior_at(camera, known, POINTS, RANGE)
+
+
 def test_a_calibration_narrows_what_may_be_wrong():
     assert np.array_equal(prior_of(CAMERA, None), PRIOR)
     known = replace(CAMERA, std={"fx": 0.01, "fy": 0.01, "cx": 0.1, "cy": 0.2})
@@ -73,6 +83,15 @@ def test_boards_narrow_the_tilts_too():
     ]
     assert 0.001 < over_u < 0.003  # what the law leaves at an image's corner remains
     assert 0.010 < over_v < 0.011
+
+
+def test_a_calibration_that_keeps_its_errors_is_taken_at_its_word():
+    tilted, bent = 0.004 * RANGE.depth_terms(POINTS)[:, 2], 0.001 * RANGE.depth_terms(POINTS)[:, 5]
+    known = DepthKnown(0.1, errors=lambda points: np.array([tilted + bent, 2 * bent]))
+    prior = dict(zip(NAMES, prior_of(CAMERA, known), strict=True))
+    assert prior["tilt_u"] == pytest.approx(0.004) and prior["bend2"] == pytest.approx(np.sqrt(5) * 0.001)
+    assert max(prior[name] for name in ("offset", "radial", "tilt_v", "stretch", "bend3")) < 1e-8
+    assert prior["focal"] == PRIOR[0]
 
 
 def test_errors_of_depth_are_told_by_name():

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fusion.calibration.depth.laws.candidates import DELAYS, TILTS
 from fusion.calibration.depth.laws.information import Information
 from fusion.calibration.depth.laws.terms import BOARD, LawTerm
 
@@ -48,8 +49,8 @@ def visibilities(terms: list[LawTerm], parts: Sequence[Information], measured: i
 def _advice(term: LawTerm, measured: int, walls: int) -> str:
     if term.effect == "amplitude_error":
         return "walls with dark and bright patches, with IR images"
-    if term.effect == "column_delay":
-        return "a board whose corners tell the wall's tilt: a free tilt takes a delay that is linear in the image"
+    if term.key in DELAYS + TILTS:
+        return "a board whose corners tell the wall's tilt: a free tilt takes what is linear in the image"
     if walls < 3:
         return "walls at three or more distances, with distance_m in telemetry.csv"
     if measured < walls:

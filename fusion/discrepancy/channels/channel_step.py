@@ -12,7 +12,7 @@ from fusion.sensor.sensor import Sensor
 class ChannelStep:
     """An effect that explains what a channel shows, or a law that none explains."""
 
-    channel: str  # "noise" or "dropout"
+    channel: str  # "noise", "dropout", "edges", or "bias" of what only the stored values show
     effect: Effect | None  # as it is in the better model; None where no effect of the catalogue explains it
     std: dict[str, float]  # of its fitted parameters
     corrected: bool  # the given model held it, with values that are established to be wrong
@@ -25,6 +25,7 @@ class ChannelStep:
     established: bool = True  # it also shows in recordings and in frames that took no part in the fit
     added: Tabulated | None = None  # the table of missing values that goes into the model in place of the effect
     form: str = ""  # the law in words, where it is a table
+    posterior: float | None = None  # probability that it or one of its look-alikes is there, where it was asked
 
     def added_to(self, sensor: Sensor) -> Sensor:
         """The sensor with what was found."""

@@ -7,6 +7,7 @@ from fusion.discrepancy.channels.channel_step import ChannelStep
 from fusion.discrepancy.channels.dropout import dropout_steps
 from fusion.discrepancy.channels.lattice import lattice_steps
 from fusion.discrepancy.channels.noise import noise_steps
+from fusion.discrepancy.edges.steps import edge_steps
 from fusion.discrepancy.observe.frame_block import FrameBlock
 from fusion.discrepancy.observe.observations import Observations
 from fusion.sensor.sensor import Sensor
@@ -34,5 +35,6 @@ def channels_of(observations: Observations, blocks: Sequence[FrameBlock]) -> Cha
     stepped, lattice = lattice_steps(observations)
     sensor, noise = noise_steps(observations.under(stepped) if lattice else observations, held)
     # what adds noise may take values away too: the missing ones are asked about under the better noise
+    sensor, edges = edge_steps(replace(observations, sensor=sensor))
     better, dropout = dropout_steps(replace(observations, sensor=sensor))
-    return ChannelFindings(better, (*lattice, *noise, *dropout))
+    return ChannelFindings(better, (*lattice, *noise, *edges, *dropout))

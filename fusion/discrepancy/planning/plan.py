@@ -24,7 +24,7 @@ OTHERWISE = (
         "table_angle",
         "turntable: an object on the turntable, a full turn each way, then put down at another place of the plate",
     ),
-    ("edge", "edges: a straight board before a wall, its edge slanted by a few degrees, many frames"),
+    ("edge", "edges: a straight board before a wall, two opposite edges slanted by a few degrees, many frames"),
     ("ambient", "lamp switch: the same scene with the room dark and with a lamp or the sun on it"),
     ("temperature", "warm-up switch: the same scene cold and warm, with the temperature in telemetry.csv"),
     ("amplitude", "infrared: patches of black, grey and white paper, with infrared images recorded"),

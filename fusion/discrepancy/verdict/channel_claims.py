@@ -3,14 +3,16 @@
 import numpy as np
 
 from fusion.discrepancy.channels.channel_step import ChannelStep
+from fusion.discrepancy.edges.steps import edges_next
 from fusion.discrepancy.explain import Explanation
 from fusion.discrepancy.verdict.claim import Claim, ClaimedNumber, ClaimEvidence, LawForm, Where
 from fusion.discrepancy.verdict.claimed import claimed, variables_said
 from fusion.discrepancy.verdict.record_next import record_next
 from fusion.discrepancy.verdict.sizes import size_of_step
+from fusion.discrepancy.verdict.words import AT_EDGES
 from fusion.sensor.parameter import parameters
 
-OF = {"noise": "the spread of repeated frames", "dropout": "missing values"}
+OF = {"noise": "the spread of repeated frames", "dropout": "missing values", "edges": AT_EDGES}
 
 
 def channel_claim(found: Explanation, step: ChannelStep) -> Claim:
@@ -18,14 +20,25 @@ def channel_claim(found: Explanation, step: ChannelStep) -> Claim:
     return Claim(
         effect=step.effect.name if step.effect else "unknown",
         parameters=_parameters(step),
-        channel=step.channel,
+        channel="bias" if step.channel == "edges" else step.channel,  # of the mean depth there
         size=size_of_step(found, step),
         where=Where(variables=_variables(step), text=_text(step)),
-        evidence=ClaimEvidence(heldout_gain=step.share, false_alarm_probability=step.probability, visible_share=1.0),
+        evidence=ClaimEvidence(
+            heldout_gain=step.share,
+            false_alarm_probability=step.probability,
+            visible_share=1.0,
+            posterior=step.posterior,
+        ),
         indistinguishable_from=step.alike,
-        record_next=record_next(step.effect, step.alike) if step.effect else "",
+        record_next=_next(found, step),
         law=LawForm(form=step.form, simple=False) if step.form else None,
     )
+
+
+def _next(found: Explanation, step: ChannelStep) -> str:
+    if step.effect is None:
+        return ""
+    return edges_next(found.before, step) if step.channel == "edges" else record_next(step.effect, step.alike)
 
 
 def _variables(step: ChannelStep) -> tuple[str, ...]:

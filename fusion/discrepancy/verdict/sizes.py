@@ -36,6 +36,9 @@ def size_of_step(found: Explanation, step: ChannelStep) -> Size:
     if step.channel == "dropout":
         lost, more = (_missing(patches, sensor) for sensor in (given, better))
         return Size(missing_before=lost, missing_after=more)
+    if step.channel == "edges":
+        seen = [[p.under(sensor).predicted for sensor in (given, better)] for p in patches]
+        return _of(np.concatenate([np.abs(after - before)[np.isfinite(after - before)] for before, after in seen]))
     effect = step.effect
     assert effect is not None
     # what the recordings told before any law: its law; else what errs by a spread and repeats, as rounding does

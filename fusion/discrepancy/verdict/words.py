@@ -15,6 +15,7 @@ WORSE = 1.5  # times the stated errors of poses, from which on a person wants to
 CALM = 0.5  # chi2 per tile below which residuals are too small to be true (guess)
 SIZED = 1e-3  # of a mesh: what is less is told as a place and not as a size
 FOLLOWED = 3  # recordings that are told by name
+AT_EDGES, EDGES = "across depth edges", "what is wrong at depth edges"
 
 
 def sentence(verdict: Verdict) -> str:
@@ -92,7 +93,8 @@ def how_sure(claim: Claim, established: bool) -> str:
     told = f"{'established' if established else 'likely, not established'}; {chance(_odds(claim))}"
     gain = min(claim.evidence.heldout_gain, 1.0)
     what = {"noise": "what is wrong with the noise", "dropout": "what is wrong with the missing values"}
-    return f"{told}; it explains {gain:.0%} of {what.get(claim.channel, 'all that is wrong with the depth')}"
+    of = what.get(claim.channel, "all that is wrong with the depth")
+    return f"{told}; it explains {gain:.0%} of {EDGES if claim.where.text.startswith(AT_EDGES) else of}"
 
 
 def rivals_said(claim: Claim) -> list[str]:

@@ -27,6 +27,11 @@ def told(path: Path) -> Iterator[None]:
         raise problem from error
 
 
+def of_the_disk(said: str) -> bool:
+    """Whether a command said that the disk was full: with more room it may work."""
+    return any(full in said for full in FULL.values())
+
+
 def _problem(error: BaseException | None, path: Path) -> FusionError | None:
     """Also where a reader took the error for one of its own: the cause tells."""
     while error is not None:

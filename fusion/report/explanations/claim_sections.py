@@ -15,6 +15,7 @@ from fusion.evaluation.quantization import Quantization, quantization_of
 from fusion.files.output.publish import atomic_file
 from fusion.report.explanations.claim_figures import Unit
 from fusion.report.explanations.claims import claim_section, lead, parameters_table, questions
+from fusion.report.explanations.edge_claim import edge_section, is_of_edges
 from fusion.report.explanations.evidence import footprints_of
 from fusion.report.explanations.missing_values import missing_of, missing_section
 from fusion.report.explanations.noise_claim import noise_mask, noise_of, noise_section
@@ -46,6 +47,8 @@ def claim_sections(found: Explanation, verdict: Verdict, unit: Unit) -> list[Sec
     for number, claim in enumerate(verdict.missing):
         if _is_lattice(found, claim):
             sections.append(lattice_section(found, number, claim))
+        elif number not in of_mean and is_of_edges(found, claim):
+            sections.append(edge_section(found, number, claim))
         elif claim.channel == "bias" and number not in of_mean:  # grain, of which squares show nothing
             title = f"{'Also missing' if number else 'Missing'}: {plain(claim.effect)}"
             sections.append(Section(title, lead(claim), (), html=parameters_table(claim) + questions(claim)))

@@ -87,7 +87,16 @@ def fit_pairs(
 def _known(sensor: Sensor, camera: Camera, region: Region) -> DepthKnown | None:
     """How well the depth is known where the object stands; None where no calibration says it."""
     std = depth_std(sensor, camera, float((region.low[2] + region.high[2]) / 2))
-    return None if std is None else DepthKnown(std, tilt_std(sensor, camera))
+    if std is None:
+        return None
+    left = sensor.depth_errors
+
+    def errors(points: Array) -> Array:
+        assert left is not None
+        u, v = camera.project(points).T
+        return left.at(u, v, points[:, 2])
+
+    return DepthKnown(std, tilt_std(sensor, camera), None if left is None else errors)
 
 
 def _motion(

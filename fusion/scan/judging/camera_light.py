@@ -13,6 +13,7 @@ VAGUE = 0.02  # relative standard deviation from which a scan says too little of
 CALIBRATE = "Calibrate the camera (fusion calibrate intrinsics)"
 # standard deviations from which twice as much is more than half a percent, and more than two percent
 SIZE = (0.0025, 0.01)
+NEARER = "Scan from nearer, or measure one length of the object and scale by it."
 WALLS = (
     "Calibrate the depth again with walls a few centimetres apart about the object's distance and boards there "
     "(fusion calibrate depth --board), or measure one length of the object and scale by it."
@@ -53,10 +54,15 @@ def size_light(scan: "Scan") -> list[Light]:
     """By what the calibration leaves open; nothing where no calibration of the depth says that."""
     if scan.sure is None or scan.motion.size_std is None:
         return []
-    std = scan.sure.common.scale
-    judged = level(std, SIZE)
-    said = f"The size is known to {100 * std:.2f} % (one standard deviation), as camera and depth are calibrated."
+    common = scan.sure.common
+    judged = level(common.whole, SIZE)
+    said = (
+        f"The size is known to {100 * common.whole:.2f} % (one standard deviation), as camera and depth are calibrated"
+    )
+    said += f"; what windows and pixels flatten is {100 * common.blur:.2f} % of it." if common.blur > 0 else "."
     if judged == "ok":
         return [Light("ok", "Size", said)]
+    if common.blur > common.scale:
+        return [Light("warning", "Size", said, NEARER)]
     said += " Depth that is a little off over the object's range or over the image moves its axis, all round."
     return [Light("warning", "Size", said, WALLS)]

@@ -27,7 +27,7 @@ def refuse_other_unit(sensor: Sensor, camera: Camera, force: bool = False) -> No
             )
 
 
-# [m] no calibration is taken for better or worse (guess): on walls left out, laws err by 0.7 mm and more
+# [m] of files without errors: no calibration is taken for better or worse (guess): laws err by 0.7 mm there
 LEAST, MOST = 1e-3, 3e-3
 PARAMETERS = ("offset", "amplitude", "coefficient", "map", "values", "values_px", "scale")
 
@@ -35,8 +35,10 @@ PARAMETERS = ("offset", "amplitude", "coefficient", "map", "values", "values_px"
 def depth_std(sensor: Sensor, camera: Camera, distance: float) -> float | None:
     """Standard deviation of what a calibrated correction leaves over [m]; None where no depth law was fitted.
 
-    The numbers of a law hold each other, and their file has no correlations: the squares are added, which is careful.
+    Of files that do not say how the numbers of a law hold each other the squares are added, which is too careful.
     """
+    if sensor.depth_errors is not None:
+        return float(np.linalg.norm(sensor.depth_errors.at(camera.cx, camera.cy, distance)))
     per_pixel = distance**2 / max(camera.fx * abs(sensor.baseline), 1e-9)
     sizes = []
     for (effect, parameter), std in sensor.std.items():

@@ -47,6 +47,18 @@ class RangeFields(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True)
     source: Name = None
 
 
+Increasing = Annotated[list[float], Meta(min_length=2)]
+
+
+class DepthErrorFields(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Independent errors that a calibration leaves, one standard deviation each, on a grid of pixels and depths."""
+
+    v_px: Annotated[Increasing, Meta(description="rows, increasing")]
+    u_px: Annotated[Increasing, Meta(description="columns, increasing")]
+    depth_m: Annotated[Increasing, Meta(description="depths, increasing")]
+    values_m: Annotated[NpyName | list[Any], Meta(description="[m] by error, row, column and depth")]
+
+
 class SensorFields(Struct, frozen=True, kw_only=True):
     """All of a sensor model but its effects."""
 
@@ -58,6 +70,7 @@ class SensorFields(Struct, frozen=True, kw_only=True):
     baseline_m: Baseline | None = None
     modulation_hz: Annotated[list[Frequency], Meta(description="modulations [Hz], each from 1e5 to 1e10")] | None = None
     range: RangeFields | None = None
+    depth_errors: DepthErrorFields | None = None
 
 
 @cache

@@ -18,9 +18,11 @@ from fusion.files.reading import read_bytes
 from fusion.files.schema import one_of
 from fusion.geometry.camera import Principle
 from fusion.sensor.catalogue import IMPLEMENTED
+from fusion.sensor.depth_errors import DepthErrors
 from fusion.sensor.effect import Effect
 from fusion.sensor.files.entries import GivenEffect, Stds, given_effects
-from fusion.sensor.files.sensor_fields import FORMAT, RangeFields, SensorFields
+from fusion.sensor.files.raw_values import Raw, numbers
+from fusion.sensor.files.sensor_fields import FORMAT, DepthErrorFields, RangeFields, SensorFields
 from fusion.sensor.parameter import Parameter, parameters, settings
 from fusion.sensor.presets import PRESETS, preset
 from fusion.sensor.sensor import Sensor
@@ -66,6 +68,7 @@ def read_sensor(path_or_preset: str | Path) -> Sensor:
         std=std,
         sources={one.name: str(one.entry.source) for one in given if one.entry.source},
         fitted=frozenset(one.name for one in given if one.entry.fitted),
+        depth_errors=_depth_errors(fields.depth_errors, content),
         kept=tuple(content.value["effects"][one.place] for one in kept),
         left_out=tuple(f"{one.name}: known by name, but not computed by this version" for one in kept),
         warnings=tuple(warnings),
@@ -90,6 +93,10 @@ def write_sensor(path: str | Path, sensor: Sensor) -> None:
         farthest = works.farthest if np.isfinite(works.farthest) else None
         content["range"] = {"nearest_m": works.nearest, "farthest_m": farthest, "source": works.source}
     content["effects"] = [*entries, *sensor.kept]
+    if (left := sensor.depth_errors) is not None:
+        grid = {"v_px": left.v.tolist(), "u_px": left.u.tolist(), "depth_m": left.depth.tolist()}
+        stored = store_map(path.parent, f"{path.stem}_depth_errors", left.fields.astype(np.float32))
+        content["depth_errors"] = grid | {"values_m": stored}
     with atomic_file(path) as partial:
         partial.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
 
@@ -142,6 +149,20 @@ def _works(given: RangeFields | None) -> WorkingRange:
         return ANY
     farthest = np.inf if given.farthest_m is None else given.farthest_m
     return WorkingRange(given.nearest_m, farthest, str(given.source or ""))
+
+
+def _depth_errors(given: DepthErrorFields | None, content: Content) -> DepthErrors | None:
+    if given is None:
+        return None
+    raw = Raw(given.values_m, content, ("depth_errors", "values_m"))
+    values, grid = numbers(raw), [np.array(nodes) for nodes in (given.v_px, given.u_px, given.depth_m)]
+    expected = tuple(len(nodes) for nodes in grid)
+    if values.ndim != 4 or values.shape[1:] != expected:
+        raise raw.wrong(f"shape {values.shape}", f"errors by the grid, (errors, {', '.join(map(str, expected))})")
+    for name, nodes in zip(("v_px", "u_px", "depth_m"), grid, strict=True):
+        if not (np.diff(nodes) > 0).all():
+            raise content.wrong(SensorFields, "depth_errors", name, expected="increasing numbers")
+    return DepthErrors(grid[0], grid[1], grid[2], values)
 
 
 def _baseline(fields: SensorFields, given: list[GivenEffect], content: Content) -> float:

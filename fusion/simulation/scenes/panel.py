@@ -63,12 +63,16 @@ def step(
     slant_deg: float = 5.0,
     near_reflectance: float = 0.8,
     far_reflectance: float = 0.8,
+    width_m: float = 0.0,
     frames: int = 10,
 ) -> Scene:
-    """a near plate before a wall, its edge slanted: edge blur, mixed pixels, shadow"""
+    """a near plate before a wall, its edge slanted, or both edges of one so wide: edge blur, mixed pixels, shadow"""
     lean = np.tan(np.deg2rad(slant_deg))
-    # the plate covers the camera's left half: +y of the world is to its right
-    near = panel([(step_m, -4, -3), (step_m, -3 * lean, -3), (step_m, 3 * lean, 3), (step_m, -4, 3)], near_reflectance)
+    # the plate covers the camera's left half, or its middle: +y of the world is to its right
+    half, far = width_m / 2, -4.0
+    left = [(-half - 3 * lean, -3), (-half + 3 * lean, 3)] if width_m else [(far, -3), (far, 3)]
+    corners = [left[0], (half - 3 * lean, -3), (half + 3 * lean, 3), left[1]]
+    near = panel([(step_m, y, z) for y, z in corners], near_reflectance)
     return Scene(
         name="step",
         parts=(near, upright((-20.0, 20.0), (-10.0, 10.0), 0.0, far_reflectance)),

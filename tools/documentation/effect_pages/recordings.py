@@ -51,6 +51,10 @@ SERIES = {
         "a board 30 cm before a wall, its edge across the picture, from 0.7 to 2.2 m",
         tuple(_take("step", distance_m=d, frames=6) for d in (0.7, 1.0, 1.5, 2.2)),
     ),
+    "strip": Series(
+        "a board 30 cm wide and as far before a wall, both its upright edges in the picture, from 0.7 to 2.2 m",
+        tuple(_take("step", distance_m=d, width_m=0.3, frames=6) for d in (0.7, 1.0, 1.5, 2.2)),
+    ),
     "corners": Series(
         "two walls that meet, from 1.2 and 1.8 m, once with the second one bare and once covered with black cloth",
         tuple(_take("corner", distance_m=d, black=b, frames=6) for d in (1.2, 1.8) for b in ("no", "yes")),
@@ -114,7 +118,7 @@ ADVICE = {
     "specular_reflection": ("walls",),
     "multipath": ("corners",),
     "stray_light": ("near card", "papers"),
-    "edge_fattening": ("steps",),
+    "edge_fattening": ("strip",),
     "projector_thermal_drift": ("warm-up",),
     "disparity_offset": ("walls", "warm-up"),
     "disparity_distortion": ("walls",),

@@ -21,7 +21,9 @@ from fusion.geometry.camera import TRIANGULATING, Principle
 # their second harmonics; between two of them a wave of 0.2 m shifts by a third of a radian over 2 m
 PERIODS = tuple(float(p) for p in np.geomspace(LEAST, MOST, 155))
 MOST_WAVES = 8  # three modulations with two harmonics each, and two for what they make together
-DELAYS = ("delay u", "delay v")
+# linear over the image: delays over the chip of a time of flight, a stored pattern that lies askew; only walls whose
+# tilts are known (boards) show them
+DELAYS, TILTS = ("delay u", "delay v"), ("tilt u", "tilt v")
 # what the brightness may do: one power of the darkness, or two shapes that make a curve together
 BRIGHTNESS = (("amplitude",), ("amplitude^2",), ("amplitude^2", "amplitude log"))
 
@@ -85,7 +87,9 @@ def candidates_for(principle: Principle, terms: list[LawTerm], periods: tuple[fl
         for name, shape in shapes
         for c in curves
     ]
-    found += [_delayed(c) for c in found if c.periods or not c.waves] if keys.issuperset(DELAYS) else []
+    for name, both in (("delay", DELAYS), ("tilt", TILTS)):
+        if keys.issuperset(both):
+            found += [_tilted(c, name, both) for c in found if c.periods or not c.waves]
     return found + ([_glossy(c) for c in found if not c.waves] if "gloss" in keys else [])
 
 
@@ -94,10 +98,10 @@ def _glossy(candidate: CandidateLaw) -> CandidateLaw:
     return replace(candidate, name=f"{candidate.name} + the board's gloss", keys=(*candidate.keys, "gloss"))
 
 
-def _delayed(candidate: CandidateLaw) -> CandidateLaw:
-    """The same with a delay over the chip."""
-    name = "delay" if candidate.name == "nothing" else f"{candidate.name} + delay"
-    return replace(candidate, name=name, keys=(*candidate.keys, *DELAYS))
+def _tilted(candidate: CandidateLaw, name: str, both: tuple[str, ...]) -> CandidateLaw:
+    """The same with what is linear over the image."""
+    name = name if candidate.name == "nothing" else f"{candidate.name} + {name}"
+    return replace(candidate, name=name, keys=(*candidate.keys, *both))
 
 
 def richer(candidate: CandidateLaw) -> CandidateLaw:
@@ -108,7 +112,7 @@ def richer(candidate: CandidateLaw) -> CandidateLaw:
 def richest(candidates: list[CandidateLaw], keys: tuple[str, ...]) -> CandidateLaw:
     """A law that leaves over little but noise: the longest, with brightness, delays and all radial terms in it."""
     longest = max(candidates, key=lambda c: ("radius^2" in c.keys, c.numbers))
-    more = ("radius^4", *BRIGHTNESS[-1], *DELAYS, "gloss")
+    more = ("radius^4", *BRIGHTNESS[-1], *DELAYS, *TILTS, "gloss")
     return replace(longest, keys=(*longest.keys, *(key for key in more if key in keys and key not in longest.keys)))
 
 

@@ -67,7 +67,7 @@ def complexity(judged: JudgedLaw) -> int:
 
 
 def established(law: FittedLaw) -> bool:
-    """True when every number exceeds its deviation: a wave by its amplitude, a curve, a delay, radial terms as a whole.
+    """True when every number exceeds its deviation: a wave by its amplitude, curves, delays, tilts, radial terms whole.
 
     The offset beside waves is the middle of their curve: it may be 0. The share that a board mirrors is above 0.
     """
@@ -77,7 +77,7 @@ def established(law: FittedLaw) -> bool:
         head = key.split()[0]
         if wavy and head == "offset":
             continue
-        name = "wave " + key[4:] if head in ("sin", "cos") else head if head in ("curve", "delay") else key
+        name = "wave " + key[4:] if head in ("sin", "cos") else head if head in ("curve", "delay", "tilt") else key
         name = "radius" if name.startswith("radius") else name
         size, deviation = values.get(name, (0.0, 0.0))
         own = float(number) if key == "gloss" else abs(float(number))

@@ -142,18 +142,29 @@ def _add_table(numbers: LawNumbers, camera: Camera, known: Sensor, effects: dict
         nodes = tuple(numbers.nodes[int(key.split()[1])] for key in pieces)
         effects["tabulated"] = Tabulated((over,), (nodes,), np.array([value[key] for key in pieces]))
         std["tabulated", "values"] = tuple(numbers.std[key] for key in pieces)
-    if radial and "tabulated" not in effects:
+    mapped = radial and "tabulated" in effects
+    if radial and not mapped:
         radii, bend, deviation = _radial_table(numbers, camera, radial)
         name = "values_px" if triangulating else "values"
         table: Any = {name: bend}
         effects["tabulated"] = Tabulated(("radius",), (radii,), **table)
         std["tabulated", name] = deviation
-    elif radial:
+    field, deviations = _linear(numbers, camera), [numbers.std[key] for key in value if key.startswith("tilt")]
+    if mapped:
         radii, bend, deviation = _radial_table(numbers, camera, radial)
-        field = np.interp(View(camera).radius, radii, bend)
+        field = field + np.interp(np.asarray(View(camera).radius, float), radii, bend)
+        deviations.append(max(deviation))
+    if deviations:
         effect = DisparityDistortion(map=field) if triangulating else FixedPattern(map=field)
         effects[effect.name] = effect
-        std[effect.name, "map"] = max(deviation)
+        std[effect.name, "map"] = float(np.linalg.norm(deviations))
+
+
+def _linear(numbers: LawNumbers, camera: Camera) -> NDArray[np.float64]:
+    """(h, w) [px] disparity of a pattern that lies askew."""
+    across, down = (numbers.value.get(key, 0.0) / reach(camera) for key in ("tilt u", "tilt v"))
+    v, u = np.mgrid[: camera.height, : camera.width]
+    return np.asarray(across * (u - camera.cx) + down * (v - camera.cy))
 
 
 def _radial_table(

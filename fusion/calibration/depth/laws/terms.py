@@ -78,6 +78,8 @@ def triangulation_terms() -> list[LawTerm]:
     return [
         LawTerm("disparity", "disparity_offset", "offset", "px", pixels(_flat), 0.1),
         *(LawTerm(f"radius^{n}", "tabulated", "values_px", "px", pixels(radial(n)), 0.1, True) for n in (2, 4)),
+        LawTerm("tilt u", "disparity_distortion", "map", "px", pixels(lambda at: at.u / at.reach), 0.1, True),
+        LawTerm("tilt v", "disparity_distortion", "map", "px", pixels(lambda at: at.v / at.reach), 0.1, True),
     ]
 
 

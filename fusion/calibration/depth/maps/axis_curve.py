@@ -68,13 +68,19 @@ def axis_bias(numbers: LawNumbers, distance: NDArray, setting: FitSetting, light
 
 
 def rivals_of(judged: list[JudgedLaw], chosen: int, terms: list[LawTerm]) -> list[Rival]:
-    """The law in use, then those that did nearly as well on the walls left out; surfaces are no part of a curve."""
+    """The law in use, then those that may hold as well by the walls left out; surfaces are no part of a curve.
+
+    Pixels of one wall err together, so chi2 counts in units of what the best law leaves of a wall (quasi-likelihood,
+    Burnham and Anderson 2002, section 2.5): a law may also be likelier than the one that is used for its millimetres.
+    """
     by_key = {term.key: term for term in terms}
     own = judged[chosen].law
-    least = min(float(j.chi2.sum()) for j in judged if j.law is own)
+    plain = [j for j in judged if not j.candidate.surface]
+    left = min(float(j.chi2.sum()) for j in judged if j.law is own)
+    usual = max(1.0, min(float(j.chi2.mean()) for j in plain))
     rivals = [Rival(tuple(by_key[key] for key in own.keys), own.numbers, own.covariance, 1.0)]
-    for j in judged:
-        weight = float(np.exp(np.clip((least - j.chi2.sum()) / 2, -50, 0)))
-        if j.law is not own and not j.candidate.surface and weight > UNLIKELY:
+    for j in plain:
+        weight = float(np.exp(np.clip((left - j.chi2.sum()) / (2 * usual), -50, 50)))
+        if j.law is not own and weight > UNLIKELY:
             rivals.append(Rival(tuple(by_key[key] for key in j.law.keys), j.law.numbers, j.law.covariance, weight))
     return rivals

@@ -30,6 +30,9 @@ class MapStack:
     u: Array
     v: Array
     std: float = 0.0  # of a usual tile of a map, in the same unit
+    # (w, rows, columns) independent errors of one map, by how each of w walls differs from it; none of a stack, whose
+    # maps are of one wall each
+    errors: tuple[Array, ...] = ()
 
 
 def native(evidence: WallEvidence, sensor: Sensor) -> Array:
@@ -67,10 +70,17 @@ def stack_of(evidence: list[WallEvidence], units: list[Array], kind: str) -> Map
     distances = np.array([evidence[i].wall.true_plane.distance for i in order])
     centres = _centres(evidence[0].tiles)
     if kind == "map":
-        return MapStack(distances[:1], _filled(_mean(maps)[0])[None], *centres, _std_of_mean(maps))
+        return MapStack(distances[:1], _filled(_mean(maps)[0])[None], *centres, _std_of_mean(maps), _apart(maps))
     weight = np.concatenate([w[w > 0] for _, w in maps])
     std = 1 / np.sqrt(4 * np.pi * SMOOTH**2 * np.median(weight))  # a bell counts that many tiles
     return MapStack(distances, np.array([_filled(values) for values, _ in maps]), *centres, float(std))
+
+
+def _apart(maps: list[tuple[Array, Array]]) -> tuple[Array, ...]:
+    """Shares of the walls in the mean map less its own there: with all walls' squares added, its covariance."""
+    mean, total = _mean(maps)
+    more = np.sqrt(len(maps) / max(len(maps) - 1, 1))
+    return tuple(more * np.nan_to_num(value - mean) * weight / np.maximum(total, 1e-300) for value, weight in maps)
 
 
 def _std_of_mean(maps: list[tuple[Array, Array]]) -> float:

@@ -72,12 +72,25 @@ def samples_of(wall: Wall, camera: Camera, sensor: Sensor, tiles: TileGrid) -> W
 
 
 def samples_on_axis(depth: Array, camera: Camera, sensor: Sensor, light: float) -> WallSamples:
-    """Depths (n,) [m] on the optical axis, where a wall sends back `light` / depth^2 counts (0: no IR)."""
+    """Depths (n,) [m] on the optical axis, where a wall sends back `light` / range^2 counts (0: no IR)."""
     zero = np.zeros(len(depth))
-    ir = light / depth**2 if light > 0 else None
+    return _samples((zero, zero), depth, zero + 1, camera, sensor, light)
+
+
+def samples_at(pixels: NDArray[np.intp], depth: Array, camera: Camera, sensor: Sensor, light: float) -> WallSamples:
+    """Depths (n,) [m] at columns and rows (2, n) of the image, of such walls."""
+    u, v = pixels
+    along = stretch(camera).astype(float)[v, u]
+    return _samples((u - camera.cx, v - camera.cy), depth, along, camera, sensor, light)
+
+
+def _samples(
+    place: tuple[Array, Array], depth: Array, along: Array, camera: Camera, sensor: Sensor, light: float
+) -> WallSamples:
+    ir = light / (depth * along) ** 2 if light > 0 else None
     baseline = camera.fx * abs(sensor.baseline)
     flight = sensor.principle == Principle.TIME_OF_FLIGHT
-    return WallSamples(depth, depth, zero + 1, zero, zero, ir, baseline, reach(camera), flight, np.arange(len(depth)))
+    return WallSamples(depth, depth, along, *place, ir, baseline, reach(camera), flight, np.arange(len(depth)))
 
 
 def reach(camera: Camera) -> float:

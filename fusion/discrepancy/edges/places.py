@@ -1,0 +1,194 @@
+"""Edge places: profiles across edges against a model, wherever poses, camera file and outline let the edges stand."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fusion.discrepancy.decisions import FAR
+from fusion.discrepancy.edges.rims import BIN_PX, SIDES, Displaced, Rims
+from fusion.discrepancy.inference.camera_file import USUAL_PX
+from fusion.sensor.sensor import Sensor
+
+Vector = NDArray[np.float64]
+Matrix = NDArray[np.float64]
+
+OUTLINE_M = 0.001  # by which a thing is larger than its mesh, where nobody said: sawn and measured by hand (guess)
+ROUGH_PX = 0.1  # by which a straight edge is not straight, and rays not those of the file (guess)
+LEFT = 0.01  # of a gap: what a model of one side leaves open
+OWN = 3  # unknowns of a placement
+TURNS = 12  # steps of Gauss and Newton at most
+
+
+@dataclass(frozen=True)
+class EdgeFit:
+    """A model at the likeliest places of all edges."""
+
+    costs: Vector  # (placements,) chi2 of the bins of each and of its own displacement
+    common: float  # the same of what all placements share
+    moved: Vector  # (k,) displacements, see `EdgePlaces.prior`
+    profiles: Matrix  # (3, n) of all bins, see `Rims.profiles`
+
+    @property
+    def cost(self) -> float:
+        return float(self.costs.sum()) + self.common
+
+
+@dataclass(frozen=True)
+class EdgePlaces:
+    """All rims of some blocks.
+
+    Args:
+        rims: one per block with edges.
+        factor: by which poses are worse than stated.
+    """
+
+    rims: tuple[Rims, ...]
+    factor: float = 1.0
+
+    @cached_property
+    def placements(self) -> tuple[int, ...]:
+        return tuple(sorted({rims.patch.block.place for rims in self.rims}))
+
+    @cached_property
+    def _shapes(self) -> tuple[str, ...]:
+        return tuple(sorted({rims.patch.block.stage.shape for rims in self.rims}))
+
+    @cached_property
+    def place(self) -> NDArray[np.intp]:
+        """(n,) number of the placement of each bin."""
+        return np.concatenate([np.full(len(r), self.placements.index(r.patch.block.place)) for r in self.rims])
+
+    @cached_property
+    def prior(self) -> Vector:
+        """(k,) standard deviations: of u, v [px] and turn [rad] of each placement, of the camera's centre [px], of each
+        outline [m].
+
+        What is stated of poses is often too small: their tails are those of a Cauchy distribution.
+        """
+        out = np.zeros(OWN * len(self.placements) + 2 + len(self._shapes))
+        for rims in self.rims:
+            stage, focal = rims.patch.block.stage, rims.patch.view.camera.fx
+            off = focal * np.hypot(stage.sigma_rad, stage.sigma_m / float(np.median(rims.depth)))
+            k = OWN * self.placements.index(rims.patch.block.place)
+            out[k : k + OWN] = np.maximum(out[k : k + OWN], self.factor * np.array([off, off, stage.sigma_rad]))
+            known = stage.mesh_sigma_m
+            out[-1 - self._shapes[::-1].index(stage.shape)] = OUTLINE_M if known is None else np.hypot(known, OUTLINE_M)
+        out[OWN * len(self.placements) :][:2] = USUAL_PX
+        return out
+
+    def moved(self, rims: Rims, at: Vector) -> Displaced:
+        """By how much the edges of a block are displaced, as rims take it."""
+        k, common = OWN * self.placements.index(rims.patch.block.place), OWN * len(self.placements)
+        outline = at[common + 2 + self._shapes.index(rims.patch.block.stage.shape)] * rims.patch.view.camera.fx
+        return Displaced(float(at[k] + at[common]), float(at[k + 1] + at[common + 1]), float(at[k + 2]), float(outline))
+
+    @cached_property
+    def _towards_far(self) -> Matrix:
+        """(n, k) displacement of each bin's edge towards the far side [px] by each unknown."""
+        out = np.zeros((len(self.place), len(self.prior)))
+        start, common = 0, OWN * len(self.placements)
+        for rims in self.rims:
+            rows = slice(start, start + len(rims))
+            k = OWN * self.placements.index(rims.patch.block.place)
+            out[rows, k : k + OWN], out[rows, common : common + 2] = rims.normal, rims.normal[:, :2]
+            shape = common + 2 + self._shapes.index(rims.patch.block.stage.shape)
+            out[rows, shape] = rims.patch.view.camera.fx / rims.depth
+            start += len(rims)
+        return out
+
+    @cached_property
+    def recorded(self) -> Matrix:
+        """(3, n)"""
+        return np.concatenate([rims.recorded for rims in self.rims], axis=1)
+
+    @cached_property
+    def telling(self) -> int:
+        """Numbers of bins that are not what a hard edge in its stated place would show: so many are to be explained."""
+        hard = np.zeros(self.recorded.shape)
+        hard[0] = np.concatenate([rims.at for rims in self.rims]) > 0
+        return max(1, int(np.count_nonzero(np.abs(self.recorded - hard) > 2 * LEFT)))
+
+    @cached_property
+    def _sigma(self) -> Matrix:
+        """(3, n) from what was recorded: the same under every model."""
+        slopes = np.concatenate([_slopes(rims, rims.recorded) for rims in self.rims], axis=1)
+        # where frames shake, pixels beside an edge are on both sides of it
+        wander = np.hypot(ROUGH_PX * slopes, np.concatenate([rims.shaken for rims in self.rims]) * slopes[0])
+        doubt = np.concatenate([rims.doubt for rims in self.rims], axis=1)
+        return np.asarray(np.sqrt(doubt**2 + wander**2 + LEFT**2))
+
+    def under(self, sensor: Sensor) -> EdgeFit:
+        """The profiles of a model at the likeliest places of the edges."""
+        best = self._at(sensor, np.zeros(len(self.prior)))
+        for turn in range(TURNS):
+            off = self.recorded - best.profiles
+            if turn == 0:  # how far edges stand apart as a whole, however steep they are
+                A, white = self._summed(off[0])
+            else:
+                A, white = self._straight(best.profiles), np.concatenate(off / self._sigma)
+            tried = self._at(sensor, self._solved(A, white + A @ best.moved, best.moved))
+            if turn and tried.cost >= best.cost - 0.1:
+                break
+            best = min(best, tried, key=lambda fit: fit.cost)
+        return best
+
+    def apart(self, one: Sensor, other: Sensor) -> float:
+        """Chi2 by which two models differ where no displacement makes one of the other."""
+        still = np.zeros(len(self.prior))
+        fit = self._at(one, still)
+        white = np.concatenate((self._at(other, still).profiles - fit.profiles) / self._sigma)
+        A = self._straight(fit.profiles)
+        left = white - A @ self._solved(A, white, still)
+        return float(left @ left)
+
+    @property
+    def opposite(self) -> bool:
+        """True where edges face both ways in one block."""
+        return any(np.any(np.isin((rims.side // 2 + 2) % 4, rims.side // 2)) for rims in self.rims)
+
+    def _straight(self, profiles: Matrix) -> Matrix:
+        """(3 n, k) change of whitened profiles (3, n) by each unknown."""
+        ends = np.cumsum([len(rims) for rims in self.rims])[:-1]
+        parts = zip(self.rims, np.split(profiles, ends, axis=1), strict=True)
+        slopes = np.concatenate([_slopes(rims, own, signed=True) for rims, own in parts], axis=1)
+        return np.concatenate(-(slopes / self._sigma)[:, :, None] * self._towards_far)
+
+    def _summed(self, off: Vector) -> tuple[Matrix, Vector]:
+        """The displacement of each side of each block as one equation, to `ROUGH_PX`."""
+        number, start = np.zeros(len(off), np.intp), 0
+        for k, rims in enumerate(self.rims):
+            number[start : start + len(rims)] = SIDES * k + rims.side
+            start += len(rims)
+        used = np.unique(number)
+        rows = [self._towards_far[number == k].mean(axis=0) / ROUGH_PX for k in used]
+        return np.array(rows), np.array([-BIN_PX * off[number == k].sum() / ROUGH_PX for k in used])
+
+    def _solved(self, A: Matrix, white: Vector, at: Vector) -> Vector:
+        own = np.arange(len(at)) < OWN * len(self.placements)
+        for _ in range(6):  # Cauchy tails as weights
+            weights = np.where(own, 2.0 / (self.prior**2 + at**2), 1.0 / self.prior**2)
+            at = np.linalg.solve(A.T @ A + np.diag(weights), A.T @ white)
+        return np.asarray(at)
+
+    def _at(self, sensor: Sensor, at: Vector) -> EdgeFit:
+        profiles = np.concatenate([rims.predicted(sensor, self.moved(rims, at)) for rims in self.rims], axis=1)
+        size = np.abs(self.recorded - profiles) / self._sigma
+        tamed = np.where(size > FAR, 2 * FAR * size - FAR**2, size**2).sum(axis=0)
+        squares, own = (at / self.prior) ** 2, OWN * len(self.placements)
+        tails = 2 * np.log1p(squares[:own])
+        costs = np.bincount(self.place, weights=tamed, minlength=len(self.placements))
+        return EdgeFit(costs + tails.reshape(-1, OWN).sum(axis=1), float(squares[own:].sum()), at, profiles)
+
+
+def _slopes(rims: Rims, profiles: Matrix, signed: bool = False) -> Matrix:
+    """(3, n) change per pixel of profiles at each bin, between its neighbours; the steeper side where not signed."""
+    out = np.zeros(profiles.shape)
+    for side in np.unique(rims.side):
+        rows = np.flatnonzero(rims.side == side)
+        if len(rows) > 1:
+            steps = np.diff(profiles[:, rows]) / np.diff(rims.at[rows])
+            before, after = np.column_stack([steps[:, :1], steps]), np.column_stack([steps, steps[:, -1:]])
+            out[:, rows] = 0.5 * (before + after) if signed else np.maximum(np.abs(before), np.abs(after))
+    return out
