@@ -8,7 +8,7 @@ import pytest
 from made_up_walls import looks_at, sensor_of
 
 from fusion.discrepancy.channels.noise import noise_steps
-from fusion.discrepancy.channels.scatter import filtered, scatter_of
+from fusion.discrepancy.channels.scatter import filtered, scatter_of, stored_step
 from fusion.discrepancy.channels.succession import succession_of
 from fusion.discrepancy.observe.observations import observe
 from fusion.sensor.effects.light.ambient_light import AmbientLight
@@ -162,6 +162,21 @@ def test_what_a_file_rounds_off_is_new_in_every_frame_behind_a_filter_too():
     stored = replace(patch, block=replace(patch.block, stage=stage))
     whole, renewed = filtered(stored, 0.5)
     alone = filtered(patch, 0.5)
-    counts = np.median(patch.native) ** 2 * 1e-6 / 12
+    counts = np.median(patch.native[patch.tiles.label >= 0]) ** 2 * 1e-6 / 12
     assert np.exp(whole) == pytest.approx(np.exp(alone[0]) + counts, rel=1e-6)
     assert np.exp(whole + renewed) == pytest.approx(np.exp(alone[0] + alone[1]) + counts, rel=1e-6)
+
+
+def test_a_count_of_the_file_is_told_by_the_pixels_that_are_used():
+    """Where nothing stands there is no depth, and no pixel of disparity per metre."""
+    quiet = sensor_of("structured_light")
+    file = SimpleNamespace(camera=SimpleNamespace(depth_scale=1000.0))
+    block = looks_at(quiet, 6)[0]
+    depth = block.view.depth.copy()
+    depth[:, :20] = np.nan
+    stage = SimpleNamespace(**{**vars(block.stage), "recording": file})
+    (patch,) = observe(quiet, [replace(block, stage=stage, view=replace(block.view, depth=depth))]).patches
+    assert np.isnan(patch.native).any()
+    used = patch.native[patch.tiles.label >= 0]
+    assert stored_step(patch) == pytest.approx(1e-3 * float(np.median(np.abs(used))))
+    assert np.isfinite(scatter_of([patch]).excess).all()

@@ -115,7 +115,9 @@ def _undithered(patch: Patch) -> float:
 def stored_step(patch: Patch) -> float:
     """A count of the file in native units, less what the model itself rounds; 0 where nobody knows."""
     recording = getattr(patch.block.stage, "recording", None)
-    count = 0.0 if recording is None else float(np.median(np.abs(patch.native))) / recording.camera.depth_scale
+    if recording is None or not len(patch.tiles):
+        return 0.0
+    count = float(np.median(np.abs(patch.native[patch.tiles.label >= 0]))) / recording.camera.depth_scale
     return float(np.sqrt(max(count**2 - patch.step**2, 0.0)))
 
 
