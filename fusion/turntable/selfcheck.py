@@ -195,8 +195,8 @@ def no_errors(views: Sequence[ObjectView], known: DepthKnown | None = None) -> S
         views: their camera tells how well it is known.
         known: how well their depth is known, see `prior_of`.
     """
-    points = np.concatenate([v.points[::20] for v in views]).astype(float)
+    points = np.concatenate([v.points[::20] for v in views])
     near, far = np.percentile(points[:, 2], [1, 99]) if len(points) else (0.5, 1.0)
     camera = views[0].map.camera
     plain = SelfCheck(np.zeros(len(NAMES)), float(near), float(max(far, near + 0.01)), camera.principle.triangulates)
-    return replace(plain, prior=prior_of(camera, known, points, plain))
+    return replace(plain, prior=prior_of(camera, known, points.astype(float), plain))

@@ -18,7 +18,7 @@ from fusion.calibration.depth.laws.terms import LawTerm, gloss_term
 from fusion.calibration.depth.laws.variance import spread_of, with_variance
 from fusion.calibration.depth.maps.axis_curve import axis_curve, rivals_of
 from fusion.calibration.depth.maps.curve import DepthCurve, span
-from fusion.calibration.depth.maps.errors_left import errors_left
+from fusion.calibration.depth.maps.errors_left import Laws, errors_left
 from fusion.calibration.depth.maps.radial_limit import radial_limit, within
 from fusion.calibration.depth.maps.surface import LEAST_WALLS, MapStack, judge_surface, native, stack_of
 from fusion.calibration.depth.maps.surface_sensor import with_surface
@@ -189,7 +189,7 @@ def _calibrated(walls: list[Wall], begin: Start, surface: bool) -> DepthCalibrat
     curve, offset, deviation = axis_curve(walls, rivals, fitted, setting)
     if chosen > 0:
         unseen = [v.term for v in seen if not v.seen]
-        sensor = replace(sensor, depth_errors=errors_left(walls, (rivals, fitted), unseen, stack, setting))
+        sensor = replace(sensor, depth_errors=errors_left(walls, Laws(rivals, fitted), unseen, stack, setting))
     notes = (*begin.notes, *notes_on(seen, walls, Chosen(judged[0], judged[chosen], refused(judged, chosen)), fitted))
     evidence = (fitted, stack, curve, offset, deviation, seen, notes, begin.uncorrected)
     return DepthCalibration(sensor, camera, walls, judged, chosen, *evidence)

@@ -1,5 +1,7 @@
 """What a calibration leaves of errors of depth over image and distance, by all that it knows of itself."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
@@ -22,9 +24,16 @@ DROPPED = 1e-4  # share of the variance that may be lost with the smallest of er
 Array = NDArray[np.floating]
 
 
+class Laws(NamedTuple):
+    """The law in use and others that may hold as well, as `rivals_of` has them; the first fitted to its end."""
+
+    rivals: list[Rival]
+    fitted: Fitted
+
+
 def errors_left(
     walls: list[Wall],
-    laws: tuple[list[Rival], Fitted],
+    laws: Laws,
     unseen: list[LawTerm],
     stack: MapStack | None,
     setting: FitSetting,
@@ -35,7 +44,7 @@ def errors_left(
 
     Args:
         walls: as read.
-        laws: the law in use and others that may hold as well, as `rivals_of` has them; the first fitted to its end.
+        laws: the law in use and others.
         unseen: terms that the walls cannot show.
         stack: what is left per pixel, or None.
         setting: camera and known sensor.
@@ -48,7 +57,7 @@ def errors_left(
     V, U, Z = (grid.ravel() for grid in np.meshgrid(v, u, depth, indexing="ij"))
     at = samples_at(np.array([U, V], np.intp), Z, camera, known, light_of(walls))
     of_numbers = _changes(fitted.terms, at) @ _root(fitted.covariance)
-    chosen, total = _changes(own.terms, at) @ own.numbers, sum(law.weight for law in laws[0])
+    chosen, total = _changes(own.terms, at) @ own.numbers, sum(law.weight for law in laws.rivals)
     apart = [np.sqrt(law.weight / total) * (_changes(law.terms, at) @ law.numbers - chosen) for law in others]
     usual = [term.typical * term.change(at) for term in unseen if term.shape or term.key in STRAIGHT]
     unit = (pixels if known.principle.triangulates else length)(lambda samples: np.ones(len(samples.depth)))(at)
