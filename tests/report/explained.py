@@ -29,7 +29,8 @@ def explanation_of(principle: str, *hidden: Effect, names: Sequence[str] = ()) -
     pair = (looks_at(sensor_of(principle, *hidden), seed, WALLS[:4]) for seed in (1, 2))
     for block, held in zip(*pair, strict=True):
         name = names[block.place] if names else f"wall_{block.place}"
-        stage = SimpleNamespace(**vars(block.stage), recording=SimpleNamespace(path=Path(name)))
+        recording = SimpleNamespace(path=Path(name), camera=block.view.camera)
+        stage = SimpleNamespace(**vars(block.stage), recording=recording)
         blocks.append(replace(block, stage=stage, held=replace(held, stage=stage)))
     before = observe(known, blocks)
     covariance = covariance_of(before)
