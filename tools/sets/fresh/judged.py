@@ -34,6 +34,7 @@ class Judged:
         bias: [m] what the unit's own calibration leaves in the depth of the object: its surface at true poses, beside
             that of true depth; below zero it is too far. Over the distance this is what a scan must get wrong.
         focal: fx calibrated over the true one, minus 1.
+        known: what the scan says of its size, one standard deviation.
         ratio: std of the scan over that of true poses and true depth.
     """
 
@@ -56,6 +57,7 @@ class Judged:
     law: str = ""
     status: dict[str, int] = field(default_factory=dict)
     seconds: float = 0.0
+    known: float = np.nan
 
     @property
     def ratio(self) -> float:
@@ -109,7 +111,13 @@ def judged(folder: Path) -> Judged:
         int(np.isnan(errors).sum()), camera.get("fx", nothing) / truth["camera"]["fx"] - 1,
         own.std, ideal.std, _law(folder),
         {name: ran.status for name, ran in runs.items()}, sum(ran.seconds for ran in runs.values()),
+        _known(folder / "result"),
     )  # fmt: skip
+
+
+def _known(result: Path) -> float:
+    told = content(result / "settings.json").get("sigma") or {}
+    return float((told.get("common") or {}).get("scale_relative") or np.nan)
 
 
 def chain(folder: Path) -> dict[str, Ran]:
