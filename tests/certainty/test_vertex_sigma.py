@@ -8,7 +8,7 @@ from fusion.certainty.bend import bend, moved_by_blur
 from fusion.certainty.common import Common, common_errors
 from fusion.certainty.looks import Looks
 from fusion.certainty.shared import NOTHING, Shared, shared_errors
-from fusion.certainty.sigma import Causes, put_together
+from fusion.certainty.sigma import Causes, _grown, put_together
 from fusion.certainty.vertex_sigma import vertex_sigma
 from fusion.files.json_values import json_values
 from fusion.geometry import pose
@@ -146,3 +146,14 @@ def test_what_nobody_knows_is_said_and_is_no_zero():
     told = vertex_sigma(mesh, frames, poses, known, 0.02)
     assert told.unknown == told.onto(mesh).notes == ()
     assert told.parts["calibration"] == pytest.approx(0, abs=1e-12)  # a wall through its middle turns no larger
+
+
+def test_what_blur_flattens_is_told_as_size_beside_any_motion():
+    """A ball whose surface comes out a hundredth too far out, and one that was only moved."""
+    normals = np.random.default_rng(1).normal(size=(500, 3))
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    points, moved = 0.1 * normals + [0.0, 0.2, 0.9], normals @ [0.001, -0.002, 0.003]
+    assert _grown(points, normals, moved + 0.001) == pytest.approx(0.01, rel=1e-6)
+    assert _grown(points, normals, moved) == pytest.approx(0.0, abs=1e-9)
+    common = Common(None, None, 0.9, "nothing", size=0.003, blur=0.004)
+    assert common.whole == pytest.approx(0.005) and common.scale == pytest.approx(0.003)
