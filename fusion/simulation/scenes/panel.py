@@ -66,7 +66,7 @@ def step(
     width_m: float = 0.0,
     frames: int = 10,
 ) -> Scene:
-    """a near plate before a wall, its edge slanted, or both edges of one so wide: blur, mixed pixels, shadow"""
+    """a near plate before a wall, one edge slanted, or both of one so wide: blur, mixed pixels, shadow"""
     lean = np.tan(np.deg2rad(slant_deg))
     # the plate covers the camera's left half, or its middle: +y of the world is to its right
     half, far = width_m / 2, -4.0
