@@ -72,7 +72,7 @@ def _init(device: object, kept: Path | None) -> None:
             arch=device,
             log_level=ti.ERROR,
             offline_cache=kept is not None,
-            offline_cache_file_path=str(kept or Path.cwd()),  # it asks for a path even so
+            offline_cache_file_path=str(kept or "."),  # it asks for a path even so
             default_fp=ti.f32,
             default_ip=ti.i32,
             fast_math=False,

@@ -34,7 +34,7 @@ def channels_of(observations: Observations, blocks: Sequence[FrameBlock]) -> Cha
     held = [block.held for block in blocks if block.held is not None]
     stepped, lattice = lattice_steps(observations)
     sensor, noise = noise_steps(observations.under(stepped) if lattice else observations, held)
-    # what adds noise may take values away too: the missing ones are asked about under the better noise
     sensor, edges = edge_steps(replace(observations, sensor=sensor))
+    # what adds noise may take values away too: the missing ones are asked about under the better noise
     better, dropout = dropout_steps(replace(observations, sensor=sensor))
     return ChannelFindings(better, (*lattice, *noise, *edges, *dropout))

@@ -179,10 +179,7 @@ class EdgePlaces:
         tamed = np.where(size > FAR, 2 * FAR * size - FAR**2, size**2).sum(axis=0)
         squares, own = (at / self.prior) ** 2, self._common
         tails = 2 * np.log1p(squares[:own])
-        costs = np.bincount(
-            self.place,
-            weights=tamed,
-        )
+        costs = np.bincount(self.place, weights=tamed)
         return EdgeFit(costs + tails.reshape(-1, OWN).sum(axis=1), float(squares[own:].sum()), at, profiles)
 
 

@@ -17,8 +17,6 @@ PANELS = (
     "between both sides\n(1/4: halfway)",
     "scatter from frame to frame\n[squared gap]",
 )
-
-
 LEAST_SHOWN = 0.05  # of what lies between, and of scatter: less is noise
 
 

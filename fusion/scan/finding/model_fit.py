@@ -42,8 +42,10 @@ def fit_model(frames: list[Prepared | None], asked: Asked, region: Region, fit: 
         cut = region.cut(region.window(camera))
         frames = object_alone(frames, cut, motion)
         volume = choose_volume(asked.settings, camera, frames, cut, motion)
-        seen = np.concatenate([some.values[::20, :3] for some in rays if some is not None]).astype(float)
-        doubt = None if fit.known is None else prior_of(camera, fit.known, seen, motion.taken_out)
+        doubt = None
+        if fit.known is not None:
+            seen = np.concatenate([some.values[::20, :3] for some in rays if some is not None]).astype(float)
+            doubt = prior_of(camera, fit.known, seen, motion.taken_out)
         how = How(rounds=1, held=True, doubt=doubt) if motion.held else How(doubt=doubt)
         return _finished(frames, rays, volume, motion, how)
 

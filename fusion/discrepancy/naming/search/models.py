@@ -20,9 +20,8 @@ Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 
 SHAPES = 3  # of each name that are tried: those that explain most alone
-TRIED = (
-    2  # sets of each size that are fitted through the sensor itself: a linear score promises too much, or too little
-)
+# sets of each size that are fitted through the sensor itself: a linear score promises too much, or too little
+TRIED = 2
 FAINT = 1e-9  # of a direction's power: columns of two forms that are one
 
 
