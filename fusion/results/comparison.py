@@ -80,11 +80,15 @@ def _knowable(beyond: float) -> Light:
 
 def _scale(comparison: Any) -> Light:
     scale, interval = float(field_of(comparison, "scale")), field_of(comparison, "scale_interval")
-    known = "" if interval is None or None in interval else f" (95 %: {interval[0]:.5f} to {interval[1]:.5f})"
+    if interval is not None and (None in interval or not np.isfinite(interval).all()):
+        return Light(
+            "warning", "Scale", "What was scanned does not tell the scale.", "Scan more of the object's sides."
+        )
+    known = "" if interval is None else f" (95 %: {interval[0]:.5f} to {interval[1]:.5f})"
     said = f"The mesh fits best when multiplied by {scale:.5f}{known}."
     judged = level(abs(scale - 1), SCALE)
     do = "Check the focal length, the unit and the scale of the depth." if judged != "ok" else ""
-    return Light(judged, "Scale", "The scale was kept as it is." if scale == 1.0 else said, do)
+    return Light(judged, "Scale", "The scale was kept as it is." if interval is None and scale == 1.0 else said, do)
 
 
 def field_of(source: Any, name: str) -> Any:
