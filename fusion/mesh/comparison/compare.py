@@ -166,7 +166,7 @@ def compare(mesh: Mesh, reference: Mesh, settings: CompareSettings | None = None
     accuracy = DistanceStatistics.of(there)
     if settings.align and not left_out:
         with stage("aligning"):
-            notes += mirrored_note(mesh, reference, surfaces[1], accuracy.rms)
+            notes += mirrored_note(mesh, reference, surfaces[1], pose, accuracy.rms)
     with stage("measuring"):
         # three times the scan's own error, by what lies near the reference: a table around the object is no error
         close = np.abs(there)[np.abs(there) <= NEAR * size(reference)]
