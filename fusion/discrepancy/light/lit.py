@@ -27,7 +27,7 @@ SMOOTH, ROUGH = 2, 4  # degrees of fields over an image
 
 
 @dataclass(frozen=True)
-class Lit:
+class LitTiles:
     """Tiles (n,) of all recordings with an amplitude image, one look at each.
 
     Attributes:
@@ -84,7 +84,7 @@ class Lit:
             yield rows, np.asarray(np.linalg.cholesky(whole), float)
 
 
-def lit_of(observations: Observations) -> Lit | None:
+def lit_of(observations: Observations) -> LitTiles | None:
     """The tiles whose amplitude is known; None where no recording has enough of them."""
     first: dict[int, Patch] = {}
     for patch in observations.patches:
@@ -117,7 +117,7 @@ def lit_of(observations: Observations) -> Lit | None:
     fields = np.column_stack([smooth, rough])
     if len(place) < 2 * (causes.shape[1] + fields.shape[1]):
         return None  # the causes would take all that is seen
-    return Lit(patches, tiles, place, np.concatenate(excess), causes, fields, own)
+    return LitTiles(patches, tiles, place, np.concatenate(excess), causes, fields, own)
 
 
 def _in_the_world(patch: Patch) -> Image:

@@ -16,7 +16,7 @@ from fusion.discrepancy.channels.channel_step import ChannelStep
 from fusion.discrepancy.channels.losses import NAMED
 from fusion.discrepancy.channels.noise_parameters import with_value
 from fusion.discrepancy.decisions import DETECTED, FALSE_ALARM, FEWEST, REPLICATED, SURE
-from fusion.discrepancy.light.lit import Lit, Matrix, Vector, lit_of
+from fusion.discrepancy.light.lit import LitTiles, Matrix, Vector, lit_of
 from fusion.discrepancy.naming.heterogeneity import FORM
 from fusion.discrepancy.observe.observations import Observations
 from fusion.sensor.effect import Effect
@@ -49,7 +49,7 @@ class LightFit:
     """One footprint (n,) per typical size, beside all that is no matter of the sensor."""
 
     form: LightForm
-    lit: Lit
+    lit: LitTiles
     # in units of what a tile may be off: excess (n,), causes (n, k), footprint (n,)
     excess: Vector
     causes: Matrix
