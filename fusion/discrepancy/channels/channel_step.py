@@ -12,7 +12,7 @@ from fusion.sensor.sensor import Sensor
 class ChannelStep:
     """An effect that explains what a channel shows, or a law that none explains."""
 
-    channel: str  # "noise", "dropout", "edges", or "bias" of what only the stored values show
+    channel: str  # "noise", "dropout", "edges", "amplitude", or "bias" of what only the stored values show
     effect: Effect | None  # as it is in the better model; None where no effect of the catalogue explains it
     std: dict[str, float]  # of its fitted parameters
     corrected: bool  # the given model held it, with values that are established to be wrong

@@ -8,6 +8,7 @@ from fusion.discrepancy.channels.dropout import dropout_steps
 from fusion.discrepancy.channels.lattice import lattice_steps
 from fusion.discrepancy.channels.noise import noise_steps
 from fusion.discrepancy.edges.steps import edge_steps
+from fusion.discrepancy.light.steps import amplitude_steps
 from fusion.discrepancy.observe.frame_block import FrameBlock
 from fusion.discrepancy.observe.observations import Observations
 from fusion.sensor.sensor import Sensor
@@ -37,4 +38,6 @@ def channels_of(observations: Observations, blocks: Sequence[FrameBlock]) -> Cha
     sensor, edges = edge_steps(replace(observations, sensor=sensor))
     # what adds noise may take values away too: the missing ones are asked about under the better noise
     better, dropout = dropout_steps(replace(observations, sensor=sensor))
-    return ChannelFindings(better, (*lattice, *noise, *edges, *dropout))
+    # what changes nothing but the light changes nothing that the others ask
+    better, light = amplitude_steps(replace(observations, sensor=better))
+    return ChannelFindings(better, (*lattice, *noise, *edges, *dropout, *light))

@@ -9,10 +9,13 @@ from fusion.discrepancy.verdict.claim import Claim, ClaimedNumber, ClaimEvidence
 from fusion.discrepancy.verdict.claimed import claimed, variables_said
 from fusion.discrepancy.verdict.record_next import record_next
 from fusion.discrepancy.verdict.sizes import size_of_step
-from fusion.discrepancy.verdict.words import AT_EDGES
+from fusion.discrepancy.verdict.words import AT_EDGES, LIGHT
 from fusion.sensor.parameter import parameters
 
-OF = {"noise": "the spread of repeated frames", "dropout": "missing values", "edges": AT_EDGES}
+OF = {"noise": "the spread of repeated frames", "dropout": "missing values", "edges": AT_EDGES,
+      "amplitude": LIGHT}  # fmt: skip
+# of a finding at edges it is the mean depth there; with the light it is noise that grows
+CHANNELS = {"edges": "bias", "amplitude": "noise"}
 
 
 def channel_claim(found: Explanation, step: ChannelStep) -> Claim:
@@ -20,7 +23,7 @@ def channel_claim(found: Explanation, step: ChannelStep) -> Claim:
     return Claim(
         effect=step.effect.name if step.effect else "unknown",
         parameters=_parameters(step),
-        channel="bias" if step.channel == "edges" else step.channel,  # of the mean depth there
+        channel=CHANNELS.get(step.channel, step.channel),
         size=size_of_step(found, step),
         where=Where(variables=_variables(step), text=_text(step)),
         evidence=ClaimEvidence(

@@ -11,6 +11,7 @@ from fusion.discrepancy.decisions import CONFIDENCE, SPREAD_FRAMES
 from fusion.discrepancy.edges.steps import shown_at_edges
 from fusion.discrepancy.explain import Explanation
 from fusion.discrepancy.inference.identifiability import NOT_SIZES, Identifiability, unseen
+from fusion.discrepancy.light.steps import shown_by_light
 from fusion.discrepancy.naming.search.candidates import Candidate
 from fusion.discrepancy.observe.observations import Observations
 from fusion.discrepancy.verdict.content import UpperLimit
@@ -35,7 +36,7 @@ def limits_of(
         known = candidate.name in named or candidate.name in limits or candidate.where
         if not known and candidate.name in visible and candidate.form.atoms and np.any(candidate.white[:, 0]):
             limits[candidate.name] = _limit(candidate, found.named.white)
-    scattered = _in_scatter(found.before) | shown_at_edges(found.before)
+    scattered = _in_scatter(found.before) | shown_at_edges(found.before) | shown_by_light(found.before)
     return tuple(limits.values()), tuple(
         name for name in unseen(seen, found.before.sensor.principle) if name not in scattered and name != "tabulated"
     )

@@ -25,8 +25,8 @@ def size_in_depth(found: Explanation, native: Vector) -> Size:
 
 
 def size_of_step(found: Explanation, step: ChannelStep) -> Size:
-    """What a finding beside the mean changes; nothing where no effect stands for it."""
-    if step.effect is None and step.added is None:
+    """What a finding beside the mean changes; nothing of the light alone, or where no effect stands for it."""
+    if (step.effect is None and step.added is None) or step.channel == "amplitude":
         return Size()
     patches, given = found.before.patches, found.before.sensor
     better = step.added_to(given)

@@ -15,7 +15,11 @@ WORSE = 1.5  # times the stated errors of poses, from which on a person wants to
 CALM = 0.5  # chi2 per tile below which residuals are too small to be true (guess)
 SIZED = 1e-3  # of a mesh: what is less is told as a place and not as a size
 FOLLOWED = 3  # recordings that are told by name
-AT_EDGES, EDGES = "across depth edges", "what is wrong at depth edges"
+AT_EDGES, LIGHT = "across depth edges", "how bright the scene is"
+ALL_OF = {
+    AT_EDGES: "what is wrong at depth edges",
+    LIGHT: "what is wrong with the brightness",
+}  # by what a text begins with
 
 
 def sentence(verdict: Verdict) -> str:
@@ -94,7 +98,8 @@ def how_sure(claim: Claim, established: bool) -> str:
     gain = min(claim.evidence.heldout_gain, 1.0)
     what = {"noise": "what is wrong with the noise", "dropout": "what is wrong with the missing values"}
     of = what.get(claim.channel, "all that is wrong with the depth")
-    return f"{told}; it explains {gain:.0%} of {EDGES if claim.where.text.startswith(AT_EDGES) else of}"
+    of = ALL_OF.get(claim.where.text.split(":")[0], of)
+    return f"{told}; it explains {gain:.0%} of {of}"
 
 
 def rivals_said(claim: Claim) -> list[str]:

@@ -15,7 +15,7 @@ from fusion.evaluation.quantization import Quantization, quantization_of
 from fusion.files.output.publish import atomic_file
 from fusion.report.explanations.claim_figures import Unit
 from fusion.report.explanations.claims import claim_section, lead, parameters_table, questions
-from fusion.report.explanations.edge_claim import edge_section, is_of_edges
+from fusion.report.explanations.edge_claim import edge_section, is_of
 from fusion.report.explanations.evidence import footprints_of
 from fusion.report.explanations.missing_values import missing_of, missing_section
 from fusion.report.explanations.noise_claim import noise_mask, noise_of, noise_section
@@ -47,9 +47,10 @@ def claim_sections(found: Explanation, verdict: Verdict, unit: Unit) -> list[Sec
     for number, claim in enumerate(verdict.missing):
         if _is_lattice(found, claim):
             sections.append(lattice_section(found, number, claim))
-        elif number not in of_mean and is_of_edges(found, claim):
+        elif number not in of_mean and is_of("edges", found, claim):
             sections.append(edge_section(found, number, claim))
-        elif claim.channel == "bias" and number not in of_mean:  # grain, of which squares show nothing
+        elif number not in of_mean and (claim.channel == "bias" or is_of("amplitude", found, claim)):
+            # grain, of which squares show nothing; what only the light tells
             title = f"{'Also missing' if number else 'Missing'}: {plain(claim.effect)}"
             sections.append(Section(title, lead(claim), (), html=parameters_table(claim) + questions(claim)))
         elif (mask := _mask(found, verdict, number)) is None:
@@ -67,7 +68,7 @@ def _mask(found: Explanation, verdict: Verdict, number: int) -> NDArray[np.uint8
     """(h, w) where the data tell of a claim; None where no picture shows it."""
     claim = verdict.missing[number]
     footprint = next((one for one in footprints_of(found, verdict) if one.number == number), None)
-    if _is_lattice(found, claim):
+    if _is_lattice(found, claim) or is_of("amplitude", found, claim):
         return None
     if footprint is not None:
         return footprint.mask(found)

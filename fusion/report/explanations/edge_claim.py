@@ -20,9 +20,9 @@ PANELS = (
 LEAST_SHOWN = 0.05  # of what lies between, and of scatter: less is noise
 
 
-def is_of_edges(found: Explanation, claim: Claim) -> bool:
-    """True for a claim that tiles, which keep clear of edges, do not show."""
-    return any(step.effect is not None and step.effect.name == claim.effect for step in found.channels.of("edges"))
+def is_of(channel: str, found: Explanation, claim: Claim) -> bool:
+    """True for a claim of a channel that depths of tiles do not show: they keep clear of edges, and have no light."""
+    return any(step.effect is not None and step.effect.name == claim.effect for step in found.channels.of(channel))
 
 
 def edge_section(found: Explanation, number: int, claim: Claim) -> Section:

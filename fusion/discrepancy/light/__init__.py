@@ -1,0 +1,1 @@
+"""What the amplitude images tell of the light."""
