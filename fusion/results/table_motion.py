@@ -77,7 +77,7 @@ class TableMotion:
     # closure, closure_raw: after the post-pass and before
     closure: ClosingGap = ClosingGap()
     closure_raw: ClosingGap = ClosingGap()
-    wobble_rad: float = float("nan")  # rms rocking of the axis by free tracking, beyond what shape leaves open
+    wobble_rad: float = float("nan")  # rms rocking of the axis over the freely tracked poses
     step_mean_rad: float = float("nan")
     step_std_rad: float = float("nan")
     # rejected_frames, rejected_reasons: frames that take no part

@@ -24,7 +24,7 @@ class PlacedFrames:
     free: FreeCourse  # the same tracked freely
     circle: Circle  # fitted to the free centres
     steps: Steps  # of the table, judged
-    wobble: float  # rms rocking of the axis over the free poses [rad], beyond what shape leaves open
+    wobble: float  # rms rocking of the axis over the free poses [rad]
 
 
 def place(found: FoundMotion) -> PlacedFrames:
@@ -39,7 +39,7 @@ def place(found: FoundMotion) -> PlacedFrames:
     volume = choose_volume(settings, seen.recording.camera, seen.frames, seen.region, motion)
     course = constrained(seen.recording, motion)
     free = track_freely(seen.frames, seen.region, course, volume)
-    rocked = wobble(free, motion)
+    rocked = wobble(free.course, motion)
     steps = judge_steps(motion.angles, motion.angle_std, seen.told)
     circle = _circle(free.course)
     if settings.strength == "circle":  # a log that misses a slip would put all later centres in the wrong place

@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 from fusion.geometry import pose
 from fusion.geometry.camera import Camera
 from fusion.geometry.depth import PointMap
-from fusion.geometry.robust import EFFECTIVE
 from fusion.geometry.trajectory import Trajectory
 from fusion.progress import each
 from fusion.recording.recording import Recording
@@ -33,15 +32,12 @@ def constrained(recording: Recording, motion: Motion) -> Trajectory:
 
 @dataclass(frozen=True)
 class FreeCourse:
-    """Frames tracked freely."""
+    """Frames tracked freely: their poses, residual (n,) [m] and share of inliers (n,), and the volume of them."""
 
     course: Trajectory
-    residual: Array  # (n,) [m]
-    inlier_share: Array  # (n,)
-    # (n, 3, 3) covariance of the turn of each, in the camera's frame [rad^2], as far as its own shape tells it; NaN of
-    # the first, and where a frame has no place
-    doubt: Array
-    volume: Volume  # of them
+    residual: Array
+    inlier_share: Array
+    volume: Volume
 
 
 def track_freely(
@@ -49,7 +45,7 @@ def track_freely(
 ) -> FreeCourse:
     """Every frame against the model so far, all six directions free; the joint fit only says where to look first."""
     poses = np.full_like(start.poses, np.nan)
-    (residual, share), doubt = np.full((2, len(frames)), np.nan), np.full((len(frames), 3, 3), np.nan)
+    residual, share = np.full((2, len(frames)), np.nan)
     volume = Volume(volume_settings)
     last = -1
     for i, frame in enumerate(each(frames, "tracking")):
@@ -63,10 +59,9 @@ def track_freely(
             if not found.ok:
                 continue
             T = T @ found.T_model_source
-            doubt[i] = np.linalg.inv(EFFECTIVE * found.information + np.eye(6))[:3, :3]  # no more than a radian
         poses[i], last = T, i
         fuse(volume, frame, T)
-    return FreeCourse(Trajectory(start.timestamps, poses), residual, share, doubt, volume)
+    return FreeCourse(Trajectory(start.timestamps, poses), residual, share, volume)
 
 
 def model(volume: Volume, camera: Camera, T_object_camera: Array) -> PointMap:
@@ -80,11 +75,7 @@ def only(surface: PointMap, region: Region) -> PointMap:
     return replace(surface, normals=np.where(region.holds(surface.points)[..., None], surface.normals, np.nan))
 
 
-def wobble(free: FreeCourse, motion: Motion) -> float:
-    """Root mean square rocking of the axis over the freely tracked poses [rad], beyond what shape leaves open: a ball
-    tells of no turn, and its poses roll."""
-    up = motion.axis.direction
-    rms = rocking(free.course.poses[:, :3, :3], motion.axis.object_frame()[:3, :3] @ up).rms
-    known = free.doubt[np.isfinite(free.doubt).all(axis=(1, 2))]
-    left_open = float(np.mean(np.trace(known, axis1=1, axis2=2) - known @ up @ up)) if len(known) else 0.0
-    return float(np.sqrt(np.maximum(rms**2 - left_open, 0.0)))  # of no pose NaN stays
+def wobble(raw: Trajectory, motion: Motion) -> float:
+    """Root mean square rocking of the axis over the freely tracked poses [rad]."""
+    up = motion.axis.object_frame()[:3, :3] @ motion.axis.direction
+    return rocking(raw.poses[:, :3, :3], up).rms
