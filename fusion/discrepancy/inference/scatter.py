@@ -48,7 +48,9 @@ def loose_of(
 
     def beside(columns: Vector) -> Vector:
         seen = covariance.whiten(columns)
-        return np.asarray(seen - basis @ (basis.T @ seen))
+        left = seen - basis @ (basis.T @ seen)
+        # what laws follow wholly has no size of its own: rounding would be blown up to what is seen
+        return np.asarray(left * (np.linalg.norm(left) > np.sqrt(FAINT) * np.linalg.norm(seen)))
 
     poses, drift = np.column_stack(pose_columns(observations)), drift_columns(observations)
     parts = [poses, drift, *shape_columns(observations), *room_columns(observations)]
