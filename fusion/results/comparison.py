@@ -37,7 +37,9 @@ def judge_comparison(comparison: Any) -> Judgement:
         share = share_within(far, 0.005)
         judged = level(1 - share, MISSING_SHARE)
         do = "Scan what is missing, or pass --seen with the points that the scan could see." if judged != "ok" else ""
-        reason = f"{share:.1%} of the reference's surface has mesh within 5 mm."
+        unseen = field_of(comparison, "unseen_share") or 0.0
+        seen = f" that may have been seen ({1 - unseen:.0%} of it)" if unseen > 0 else ""
+        reason = f"{share:.1%} of the reference's surface{seen} has mesh within 5 mm."
         lights.append(Light(judged, "Completeness", reason, do))
     known = field_of(comparison, "knowable") or field_of(comparison, "sigma")
     if known is not None:

@@ -227,6 +227,7 @@ def test_the_back_of_a_plate_scanned_from_above_is_unseen():
     assert found.completeness.within["0.002"] > 0.9
     # the other side lies behind the mesh, which is laid on one of both from outside
     assert found.completeness_all.mean_signed == pytest.approx(-0.0025, abs=0.0003)
+    assert any("that may have been seen (5" in light.reason for light in judge_comparison(found).lights)
 
 
 def test_a_mesh_that_is_inside_out_is_still_laid_on_its_reference():
