@@ -30,7 +30,7 @@ def judge_comparison(comparison: Any) -> Judgement:
         said = "The mesh fits the reference in no pose: the distances mean nothing."
         return Judgement((Light("bad", "Alignment", said, "Check that both show one object in one unit.", fails=True),))
     near, far = (field_of(comparison, name) or {} for name in ("accuracy", "completeness"))
-    lights = [_accuracy(near), _bias(near)] if near else []
+    lights = [_accuracy(near), _bias(near, kept=field_of(comparison, "scale_interval") is None)] if near else []
     if field_of(comparison, "left_out_share"):
         lights.append(_left_out(number_of(comparison, "left_out_share")))
     if far:
@@ -44,7 +44,7 @@ def judge_comparison(comparison: Any) -> Judgement:
     known = field_of(comparison, "knowable") or field_of(comparison, "sigma")
     if known is not None:
         lights.append(_knowable(number_of(known, "beyond_3_sigma")))
-    if field_of(comparison, "scale") is not None:
+    if field_of(comparison, "scale_interval") is not None:
         lights.append(_scale(comparison))
     return Judgement(worst_first(lights))
 
@@ -65,10 +65,14 @@ def _left_out(share: float) -> Light:
     return Light(judged, "Left out", said, "Give a larger --max-distance." if judged != "ok" else "")
 
 
-def _bias(near: Any) -> Light:
+def _bias(near: Any, kept: bool) -> Light:
     bias = number_of(near, "mean_signed")
     judged = level(abs(bias), BIAS_M)
-    do = "Calibrate the depth (fusion calibrate depth), or compare with --scale." if judged != "ok" else ""
+    do = ""
+    if judged != "ok" and level(1 - share_within(near, 0.005), FAR_SHARE) != "ok":
+        do = "Leave out what is no part of the reference (a table, another thing, spikes) with --max-distance."
+    elif judged != "ok":
+        do = "Calibrate the depth (fusion calibrate depth)" + (", or compare with --scale." if kept else ".")
     side = "outside" if bias > 0 else "inside"
     return Light(judged, "Bias", f"On average it lies {millimetres(abs(bias))} {side} the reference.", do)
 
@@ -82,15 +86,14 @@ def _knowable(beyond: float) -> Light:
 
 def _scale(comparison: Any) -> Light:
     scale, interval = float(field_of(comparison, "scale")), field_of(comparison, "scale_interval")
-    if interval is not None and (None in interval or not np.isfinite(interval).all()):
+    if None in interval or not np.isfinite(interval).all():
         return Light(
             "warning", "Scale", "What was scanned does not tell the scale.", "Scan more of the object's sides."
         )
-    known = "" if interval is None else f" (95 %: {interval[0]:.5f} to {interval[1]:.5f})"
-    said = f"The mesh fits best when multiplied by {scale:.5f}{known}."
-    judged = level(abs(scale - 1), SCALE)
+    said = f"The mesh fits best when multiplied by {scale:.5f} (95 %: {interval[0]:.5f} to {interval[1]:.5f})."
+    judged = "ok" if interval[0] <= 1 <= interval[1] else level(abs(scale - 1), SCALE)
     do = "Check the focal length, the unit and the scale of the depth." if judged != "ok" else ""
-    return Light(judged, "Scale", "The scale was kept as it is." if interval is None and scale == 1.0 else said, do)
+    return Light(judged, "Scale", said, do)
 
 
 def field_of(source: Any, name: str) -> Any:

@@ -1,84 +1,22 @@
 """A mesh laid on its reference from any pose: guesses first, then robust point-to-plane ICP, with scale if asked."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
-from scipy.special import stdtrit  # scipy.stats takes a second to import
 
-from fusion.mesh.alignment.coarse import ALIKE, NEAR, CoarseSurface, apart, guesses, score
+from fusion.mesh.alignment.coarse import ALIKE, NEAR, CoarseSurface, apart, guesses
 from fusion.mesh.alignment.fit import SurfaceFit
-from fusion.mesh.alignment.similarity import (
-    AS_WELL,
-    IDENTITY,
-    Array,
-    Matches,
-    Similarity,
-    free_shifts,
-    solve,
-    tells_scale,
-)
-from fusion.mesh.comparison.distances import CloudSurface, Surface, surface_of
-from fusion.mesh.comparison.surface_samples import SurfaceSamples, sample_surface, smooth_normals
+from fusion.mesh.alignment.judge import SCORED, PoseJudge
+from fusion.mesh.alignment.look_alikes import MAYBE, layers, turned_alike
+from fusion.mesh.alignment.scale_interval import scale_interval
+from fusion.mesh.alignment.similarity import AS_WELL, IDENTITY, Array, Similarity, free_shifts, tells_scale
+from fusion.mesh.comparison.distances import Surface, surface_of
 from fusion.mesh.mesh import Mesh
 
-_COARSE_POINTS, _FINE_POINTS, _STAND_IN = 3000, 20_000, 20_000
-_SCORED = 1e-4  # of the size: poses of exact shapes that belong together score alike but for this
 _POOR = 0.9  # of the score's limit per surface: one shown whole by the other scores at most 1 (guess)
-# parts along x, y, z: cubes, as errors may reach across half of the object or be gone after a few pixels; and slabs,
-# as what has no counterpart (a plate below) pulls at one end
-_PARTS = ((2, 2, 2), (3, 3, 3), (4, 4, 4), (6, 6, 6), (6, 1, 1), (1, 6, 1), (1, 1, 6))
-_FLOAT = 1e-7  # closest points are float32
-
-
-def scale_interval(scale: float, scale_back: float, matches: Matches) -> tuple[float, float]:
-    """95 % interval of the scale; (0, inf) where the shape says nothing about it.
-
-    Two parts, added as squares. The random one is a jackknife over blocks of space (as cluster-robust as CR3 of Bell
-    and McCaffrey 2002), at several sizes of blocks, the widest of which counts: blocks smaller than the reach of the
-    errors make them look independent. The other one is how far the scale moves when the reference is laid on the
-    mesh instead of the mesh on the reference: noise rounds edges and swells what is curved, in one direction and in
-    the other one differently, and what has no counterpart pulls in one direction only.
-
-    Args:
-        scale: of the mesh, as fitted by laying it on the reference.
-        scale_back: of the mesh, as fitted by laying the reference on it.
-        matches: of the first fit, points of the mesh and where they belong on the reference.
-    """
-    if np.count_nonzero(matches.weights) < 8 or not tells_scale(matches):
-        return 0.0, float("inf")
-    random = max(_jackknife(matches, parts) for parts in _PARTS)
-    half = float(np.hypot(random, np.log(scale_back / scale))) + _FLOAT
-    return scale * float(np.exp(-half)), scale * float(np.exp(half))
-
-
-def _jackknife(matches: Matches, parts: tuple[int, int, int]) -> float:
-    """Half of the 95 % interval of the scale's logarithm, from leaving out one block of space after the other."""
-    jacobian, residual, _, size = matches.rows()
-    counted = np.flatnonzero(matches.weights > 0)
-    jacobian, residual, weights = jacobian[counted], residual[counted], matches.weights[counted]
-    block = _blocks(matches.points[counted], parts)
-    weighted = jacobian * weights[:, None]
-    systems = np.stack([weighted[rows].T @ jacobian[rows] for rows in block])
-    rights = np.stack([weighted[rows].T @ residual[rows] for rows in block])
-    share = np.array([weights[rows].sum() for rows in block]) / weights.sum()
-    effective = 1 / float(np.square(share).sum())  # blocks of equal weight that say as much
-    if len(block) < 3 or effective < 2:
-        return 0.0  # said by the other sizes
-    system, right = systems.sum(axis=0), rights.sum(axis=0)
-    whole = solve(system, right)[6] / size
-    without = np.array([solve(system - a, right - b)[6] for a, b in zip(systems, rights, strict=True)]) / size
-    error = float(np.sqrt((len(block) - 1) / len(block) * np.square(without - whole).sum()))
-    return float(stdtrit(effective - 1, 0.975)) * error
-
-
-def _blocks(points: Array, parts: tuple[int, int, int]) -> list[Array]:
-    """Rows of the points in each of the cells that cut their box into parts along x, y, z."""
-    low, extent = points.min(axis=0), np.maximum(np.ptp(points, axis=0), 1e-12)
-    place = np.minimum((points - low) / extent * parts, np.array(parts) - 1).astype(int)
-    cell = place @ [1, parts[0], parts[0] * parts[1]]
-    order = np.argsort(cell, kind="stable")
-    return np.split(order, np.flatnonzero(np.diff(cell[order])) + 1)
+_COVERED = 0.5  # of the reference, close to the mesh: it is there, whatever else the mesh shows (guess)
 
 
 @dataclass(frozen=True)
@@ -125,69 +63,62 @@ def align_meshes(
     # about the reference's middle, so that far-away coordinates lose no digits
     origin = (reference.vertices.min(axis=0) + reference.vertices.max(axis=0)) / 2
     size = float(np.linalg.norm(np.ptp(reference.vertices, axis=0)))
-    coarse, fine = sample_surface(mesh, _COARSE_POINTS), sample_surface(mesh, _FINE_POINTS)
-    back = sample_surface(reference, _COARSE_POINTS)
-    asked = (
-        back if seen is None or not len(seen) else SurfaceSamples(seen[:: max(1, len(seen) // _COARSE_POINTS)], None)
-    )
-    fine = SurfaceSamples(fine.points, smooth_normals(fine))
-    fit = SurfaceFit(_quick(reference, other), size)
-    quick = _quick(mesh, own)
-
-    looks = smooth_normals(coarse)
-
-    def judged(pose: Similarity) -> tuple[float, float, float, float]:
-        """Scores of both surfaces and of the mesh; the mesh's by what looks the other way, and the same way [m]."""
-        turned = _turned(pose, looks)
-        found = fit.surface.closest(pose.apply(coarse.points), turned)
-        again = quick.closest(pose.apply_inverse(asked.points), asked.normals).distances * pose.scale
-        limit = NEAR * size
-        near = limit - np.minimum(np.abs(found.distances), limit)
-        along = np.zeros(1) if turned is None else np.sign(np.einsum("ij,ij->i", turned, found.normals))
-        both, own = score(found.distances, again, limit), score(found.distances, np.zeros(1), limit)
-        return both, own, float((near * (along < 0)).mean()), float((near * (along > 0)).mean())
-
-    starts = [IDENTITY, *guesses(CoarseSurface.of(coarse), CoarseSurface.of(back))]
-    poses = [fit.run(coarse, start, scale, rounds=20)[0] for start in starts]
-    plain, near, against, along = np.array([judged(pose) for pose in poses]).T
-    scores = plain + against  # the top of a thin plate is not its bottom from inside
-    if AS_WELL * (plain + along).min() < scores.min():  # the mesh, or the reference, is inside out
-        scores = plain + along
-    best = int(np.argmin(scores))
-    as_well = scores - scores[best] <= (AS_WELL - 1) * near[best] + _SCORED * size
-    if scores[0] <= AS_WELL * scores[best] + _SCORED * size:
-        best = 0
-    pose, matches = SurfaceFit(other, size, facing=True).run(fine, poses[best], scale, rounds=60)
+    judge = PoseJudge(mesh, reference, (own, other), size, seen)
+    likely = _likely(judge, scale)
+    pose, matches = judge.exact.run(judge.fine, likely.pose, scale, rounds=60)
+    if scale and pose.scale != 1 and not tells_scale(matches):  # what moved it was not this shape's
+        pose = Similarity(pose.rotation, pose.apply(origin[None])[0] - pose.rotation @ origin)
+        pose, matches = judge.exact.run(judge.fine, pose, False, rounds=60)
     moved = 2 * np.sin(_angle(pose) / 2) * size + np.linalg.norm(pose.apply(origin[None])[0] - origin)
-    status = (
-        "poor" if judged(pose)[0] > _POOR * NEAR * size else "kept" if best == 0 and moved < 0.1 * size else "moved"
-    )
+    found = judge.score(pose)
+    poor = found.both > _POOR * NEAR * size and found.covered < _COVERED
+    status = "poor" if poor else "kept" if likely.stands and moved < 0.1 * size else "moved"
     interval = None
     if scale:  # the other way round: the reference on the mesh
-        again = SurfaceFit(own, size / pose.scale, facing=True).run(back, pose.inverse(), scale, rounds=15)[0]
+        again = SurfaceFit(own, size / pose.scale, facing=True).run(judge.back, pose.inverse(), scale, rounds=15)[0]
         interval = scale_interval(pose.scale, 1 / again.scale, matches)
-    angles = [apart(pose, poses[k]) for k in np.flatnonzero(as_well)] if status == "moved" else []
+    angles = [apart(pose, other) for other in likely.alike] if status == "moved" else []
     turns = tuple(sorted(angle for angle in angles if angle > ALIKE))
     slides = 0.0
     if status == "moved":
-        best_score, best_near, *_ = judged(pose)
-        limit = best_score + (AS_WELL - 1) * best_near + _SCORED * size
+        still = judge.cost(pose)
         ways = [Similarity(pose.rotation, pose.shift + NEAR * size * way, pose.scale) for way in free_shifts(matches)]
-        slides = NEAR * size if any(judged(way)[0] <= limit for way in ways) else 0.0
+        slides = NEAR * size if any(judge.cost(way).as_well(still, size) for way in ways) else 0.0
     return Alignment(pose.matrix(), pose.scale, interval, float((matches.weights > 0).mean()), status, turns, slides)
 
 
-def _quick(mesh: Mesh, surface: Surface) -> Surface:
-    """Stands for the surface while the pose is sought: closest points on a fine mesh are slow to find from afar."""
-    if isinstance(surface, CloudSurface):
-        return surface
-    samples = sample_surface(mesh, _STAND_IN)
-    normals = None if samples.normals is None else samples.normals.astype(np.float32)
-    return CloudSurface(Mesh(samples.points, normals=normals))
+class _Likely(NamedTuple):
+    pose: Similarity
+    stands: bool  # it is about the one that the mesh stood in
+    alike: list[Similarity]  # that fit as well, itself among them
 
 
-def _turned(pose: Similarity, normals: Array | None) -> Array | None:
-    return None if normals is None else normals @ pose.rotation.T
+def _likely(judge: PoseJudge, scale: bool) -> _Likely:
+    """The best pose but for the last steps, and what cannot be told from it."""
+    mesh, reference = CoarseSurface.of(judge.coarse), CoarseSurface.of(judge.back)
+
+    def tried(starts: list[Similarity]) -> list[Similarity]:
+        return [judge.rough.run(judge.coarse, start, scale, rounds=20)[0] for start in starts]
+
+    poses = tried([IDENTITY, *guesses(mesh, reference)])
+    scores = [judge.score(pose) for pose in poses]
+    first = min(zip(poses, scores, strict=True), key=lambda one: one[1].both + one[1].against)[0]
+    thin = layers(first, judge.exact.run(judge.coarse, first, scale, rounds=1)[1], judge.size)
+    poses += tried([*turned_alike(mesh, reference, first), *thin])
+    scores = [judge.score(pose) for pose in poses]
+    right, wrong = (np.array([one.both + side for one, side in sides]) for sides in (
+        [(one, one.against) for one in scores], [(one, one.along) for one in scores]))  # fmt: skip
+    judge.inside_out = bool(AS_WELL * wrong.min() < right.min())
+    rated = wrong if judge.inside_out else right
+    near = np.flatnonzero(rated <= MAYBE * rated.min() + SCORED * judge.size)
+    few = sorted({0, *near.tolist()})
+    poses = [judge.refined(poses[k], scale) for k in few]
+    costs = [judge.cost(pose) for pose in poses]
+    best = min(costs, key=lambda one: one.both)
+    alike = [one.as_well(best, judge.size) for one in costs]
+    # the pose as it stands wins unless another is clearly better: symmetric shapes stay
+    chosen = 0 if alike[0] else costs.index(best)
+    return _Likely(poses[chosen], chosen == 0, [pose for pose, same in zip(poses, alike, strict=True) if same])
 
 
 def _angle(pose: Similarity) -> float:

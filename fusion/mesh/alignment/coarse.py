@@ -102,21 +102,27 @@ def _of_parts(mesh: CoarseSurface, reference: CoarseSurface, turns: Iterable[Arr
 
 def _turned(found: Array, reference: CoarseSurface) -> Iterator[Array]:
     """A rotation that was found, turned about the reference's own box: poses that look alike mostly differ so."""
+    axes = box_axes(reference.points)
+    return (axes @ cube @ axes.T @ found for cube in _cube_rotations())
+
+
+def box_axes(points: Array) -> Array:
+    """(3, 3) columns: axes of about the smallest box around points (n, 3)."""
     import open3d
 
-    few = reference.points[::12]  # the smallest box takes seconds to find of what is round
+    few = points[::12]  # the smallest box takes seconds to find of what is round
     cloud = open3d.geometry.PointCloud(open3d.utility.Vector3dVector(few))
-    axes = np.array(cloud.get_minimal_oriented_bounding_box(robust=True).R)
-    return (axes @ cube @ axes.T @ found for cube in _cube_rotations())
+    return np.array(cloud.get_minimal_oriented_bounding_box(robust=True).R)
 
 
 def _axes_on_axes(mesh: CoarseSurface, reference: CoarseSurface) -> list[Array]:
     """The rotations that lay the mesh's principal axes on those of the reference."""
-    axes, target = _principal(mesh.points), _principal(reference.points)
+    axes, target = principal_axes(mesh.points), principal_axes(reference.points)
     return [target @ cube @ axes.T for cube in _cube_rotations()]
 
 
-def _principal(points: Array) -> Array:
+def principal_axes(points: Array) -> Array:
+    """(3, 3) columns: principal axes of points (n, 3), a rotation."""
     axes = np.linalg.eigh(np.cov(points.T))[1]
     return axes * np.sign(np.linalg.det(axes))
 

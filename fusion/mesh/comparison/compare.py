@@ -155,8 +155,7 @@ def compare(mesh: Mesh, reference: Mesh, settings: CompareSettings | None = None
         do = "" if settings.unit else " Unless these are metres, name the reference's unit with --unit."
         told = f"No pose was found in which the mesh fits the reference ({sizes}); the distances mean nothing."
         notes.append(told + do)
-    notes += _freedom_note(alignment)
-    if alignment.scale_interval is not None and not np.isfinite(alignment.scale_interval[1]):
+    elif alignment.scale_interval is not None and not np.isfinite(alignment.scale_interval[1]):
         notes.append("What lies on each other does not tell the scale (a plane does not): it was kept as it is.")
     if settings.scale and not settings.align:
         notes.append("The scale was not looked for, as nothing was aligned.")
@@ -164,9 +163,11 @@ def compare(mesh: Mesh, reference: Mesh, settings: CompareSettings | None = None
     with stage("measuring"):
         there, left_out = _accuracy(mesh, surfaces[1], pose, settings, notes)
     accuracy = DistanceStatistics.of(there)
+    mirror: list[str] = []
     if settings.align and not left_out:
         with stage("aligning"):
-            notes += mirrored_note(mesh, reference, surfaces[1], pose, accuracy.rms)
+            mirror = mirrored_note(mesh, reference, surfaces[1], pose, accuracy.rms)
+    notes += mirror or _freedom_note(alignment)  # of a mirror image distances mean nothing
     with stage("measuring"):
         # three times the scan's own error, by what lies near the reference: a table around the object is no error
         close = np.abs(there)[np.abs(there) <= NEAR * size(reference)]

@@ -15,6 +15,7 @@ from fusion.mesh.mesh import Mesh
 # of objects as of rooms
 UNSEEN_M = 0.010
 _SEED = 2  # of the samples
+_WORTH = 5e-4  # telling: less is 0.0 %
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,10 +61,10 @@ def completeness_of(
     if isinstance(surfaces[1], MeshSurface):
         rows = np.flatnonzero(away)
         unseen[rows] = enclosed(surfaces[1], points.points[rows])
-        if unseen.any():
+        if unseen.mean() > _WORTH:
             notes.append(
-                f"{unseen.mean():.1%} of the reference stands within it (walls from inside, solids that overlap), "
-                f"where nothing can see it: left out of the completeness; completeness_all holds everything."
+                f"{unseen.mean():.1%} of the reference stands within it (walls from inside, solids that overlap, "
+                f"deep bores), where nothing can see it: left out of the completeness, not of completeness_all."
             )
     # a closed mesh claims to show everything; an open one may have far more missing than what lies right at its border
     if found.on_border.any():
@@ -75,7 +76,7 @@ def completeness_of(
         notes += [
             f"{beyond.mean():.1%} of the reference lies far from the mesh or behind it, which is not closed: counted "
             f"as never seen and left out of the completeness; completeness_all holds everything."
-        ] * bool(beyond.any())
+        ] * bool(beyond.mean() > _WORTH)
     return Completeness(distances, unseen, tuple(notes))
 
 
