@@ -3,12 +3,15 @@
 Numbers of one search or one picture stand beside its own code.
 """
 
+import numpy as np
+
 FALSE_ALARM = 1e-4  # that chance alone does it, over all names together: some ten questions of a case stay below 0.1 %
 LOST_BY_CHANCE = 1e-6  # the same of missing values, of which tiles of one material decide together
 REPLICATED = 0.4  # of a gain, that recordings or frames which took no part in the fit must show: half, less their noise
 SURE = 10.0  # chi2 by which one explanation must be likelier than another: chance has it in one case of some hundreds
 # score that it costs: a wrong size of what the model holds, or a bound that a law depends on, needs none
 SECOND_CAUSE = 8.0
+TYPICAL = float(np.log(3.0))  # an effect that is there has its typical size to this factor (one standard deviation)
 DETECTED = 5.0  # standard deviations from which on an effect can be told
 ALIKE = 0.95  # cosine of two footprints from which on these data do not tell them apart
 CONFIDENCE = 0.95  # of a limit, and the posterior from which on a claim is established

@@ -10,7 +10,7 @@ from scipy.special import chdtrc, logsumexp
 
 from fusion.discrepancy.channels.channel_step import ChannelStep
 from fusion.discrepancy.channels.noise_parameters import USUAL, with_value
-from fusion.discrepancy.decisions import CONFIDENCE, FALSE_ALARM, REPLICATED, SURE
+from fusion.discrepancy.decisions import CONFIDENCE, FALSE_ALARM, REPLICATED, SURE, TYPICAL
 from fusion.discrepancy.edges.places import EdgeFit, EdgePlaces
 from fusion.discrepancy.edges.rims import acts_at_edges, rims_of
 from fusion.discrepancy.observe.observations import Observations, Patch, views_of
@@ -22,7 +22,6 @@ from fusion.sensor.sensor import Sensor
 Vector = NDArray[np.float64]
 
 SIZES = np.geomspace(1 / 8, 8, 13)  # of a typical size, that are tried
-TYPICAL = np.log(3.0)  # an effect that is there has its typical size to this factor (one standard deviation)
 MOST_STEPS = 2
 MOST_SHAKEN_PX = 0.5  # from frame to frame: beyond, mean and scatter of a pixel are of no place
 LARGEST_SET = 3  # names that a claim may have: more of them name nothing

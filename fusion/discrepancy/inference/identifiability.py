@@ -6,8 +6,9 @@ from typing import Annotated
 import numpy as np
 from msgspec import Meta, Struct
 from numpy.typing import NDArray
+from scipy.special import ndtri
 
-from fusion.discrepancy.decisions import ALIKE, DETECTED
+from fusion.discrepancy.decisions import ALIKE, CONFIDENCE, DETECTED, TYPICAL
 from fusion.discrepancy.inference.tile_covariance import TileCovariance
 from fusion.discrepancy.naming.search.candidates import Candidate, unit_of
 from fusion.geometry.camera import Principle
@@ -35,8 +36,8 @@ class Identifiability(Struct, frozen=True, kw_only=True):
 
     @property
     def visible(self) -> bool:
-        """True where a fair share of it survives, or usual sizes stand out all the same, and what stands out is within
-        the bounds of the parameter."""
+        """True where a fair share of it survives, or usual sizes stand out all the same, and what stands out is a size
+        that sensors have."""
         return self.detectable is not None
 
 
@@ -69,7 +70,8 @@ def _visibility(candidate: Candidate, candidates: Sequence[Candidate], covarianc
     about = parameters(candidate.form.kind)[_size_name(candidate)]
     shape = {name: float(value) for name, value in candidate.form.fixed.items() if np.ndim(value) == 0}
     size = _detectable(candidate)
-    possible = size <= max(abs(about.low), abs(about.high))  # a larger one no sensor can have
+    # a larger one no sensor can have, or next to none has
+    possible = size <= min(max(abs(about.low), abs(about.high)), about.typical * np.exp(ndtri(CONFIDENCE) * TYPICAL))
     visible = possible and (share >= UNSEEN or size < about.typical)
     alike = _alike(candidate, candidates) if visible else ()
     return Identifiability(

@@ -16,7 +16,7 @@ from fusion.discrepancy.inference.own_pattern import own_patterns
 from fusion.discrepancy.inference.rounding import rounding_covariance
 from fusion.discrepancy.inference.shapes import mesh_columns, shape_covariance
 from fusion.discrepancy.observe.observations import Observations, Patch
-from fusion.discrepancy.observe.placements import FLOOR_M
+from fusion.discrepancy.observe.stretches import FLOOR_M
 from fusion.sensor.effect import Effect
 from fusion.sensor.laws.surface import rigid_motions
 from fusion.sensor.parameter import parameters
@@ -85,6 +85,9 @@ def covariance_of(observations: Observations) -> TileCovariance:
     if observations.loose.drift:
         drift = drift_columns(observations)
         total += observations.loose.drift**2 * (drift @ drift.T)
+    if observations.loose.wander:
+        wander = wander_columns(observations)
+        total += observations.loose.wander**2 * (wander @ wander.T)
     shaken = np.column_stack([np.zeros((n, 0)), *_shake_columns(observations)])
     total += shaken @ shaken.T
     free = total + noise
@@ -114,6 +117,25 @@ def drift_columns(observations: Observations) -> NDArray[np.float64]:
         block[place == g] = own
         blocks.append(block)
     return np.asarray(np.concatenate(blocks, axis=1) * observations.looseness[:, None])
+
+
+def wander_columns(observations: Observations) -> NDArray[np.float64]:
+    """(n, k) columns of which the products sum up to the covariance of whole frames that wander while nothing else
+    moves, with a standard deviation of one native unit; none where no frames do."""
+    columns = [np.zeros((len(observations.residual), 0))]
+    moving = [(rows, patch.block) for rows, patch in observations.rows() if patch.block.times]
+    for place in sorted({block.place for _, block in moving}):
+        own = [(rows, float(np.mean(block.times))) for rows, block in moving if block.place == place]
+        times = np.array([time for _, time in own])
+        apart, span = np.abs(times[:, None] - times), float(np.ptp(times))
+        # from one block to the next, and over a good part of the recording
+        lengths = (span / max(len(times) - 1, 1), span / 4)
+        root = cholesky(np.mean([np.exp(-apart / max(length, 1e-9)) for length in lengths], axis=0), lower=True)
+        part = np.zeros((len(observations.residual), len(times)))
+        for (rows, _), row in zip(own, root, strict=True):
+            part[rows] = row
+        columns.append(part)
+    return np.concatenate(columns, axis=1)
 
 
 def _noise(patch: Patch) -> NDArray[np.float64]:
