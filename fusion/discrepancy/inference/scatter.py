@@ -11,7 +11,7 @@ from fusion.discrepancy.decisions import FAR, SURE
 from fusion.discrepancy.inference.covariance import BENDS_M
 from fusion.discrepancy.inference.loose import Loose
 from fusion.discrepancy.inference.shapes import room_columns, shape_columns
-from fusion.discrepancy.inference.sizes import ROUNDING, sizes_of
+from fusion.discrepancy.inference.sizes import sizes_of
 from fusion.discrepancy.inference.spreads import Left, Spreads, likeliest
 from fusion.discrepancy.inference.tile_covariance import TileCovariance, drift_columns, pose_columns, wander_columns
 from fusion.discrepancy.naming.effect_part import FIELD
@@ -50,7 +50,7 @@ def loose_of(
         seen = covariance.whiten(columns)
         left = seen - basis @ (basis.T @ seen)
         # what laws follow wholly has no size of its own: rounding would be blown up to what is seen
-        return np.asarray(left * (np.linalg.norm(left) > ROUNDING * np.linalg.norm(seen)))
+        return np.asarray(left * (np.linalg.norm(left) > np.sqrt(FAINT) * np.linalg.norm(seen)))
 
     poses, drift = np.column_stack(pose_columns(observations)), drift_columns(observations)
     parts = [poses, drift, wander_columns(observations), *shape_columns(observations), *room_columns(observations)]
