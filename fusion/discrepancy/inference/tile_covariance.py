@@ -14,6 +14,7 @@ from fusion.discrepancy.inference.camera_file import camera_columns
 from fusion.discrepancy.inference.covariance import drifting, grain, neighbours
 from fusion.discrepancy.inference.own_pattern import own_patterns
 from fusion.discrepancy.inference.rounding import rounding_covariance
+from fusion.discrepancy.inference.shaking import whole_frames
 from fusion.discrepancy.inference.shapes import mesh_columns, shape_covariance
 from fusion.discrepancy.observe.observations import Observations, Patch
 from fusion.discrepancy.observe.stretches import FLOOR_M
@@ -120,21 +121,24 @@ def drift_columns(observations: Observations) -> NDArray[np.float64]:
 
 
 def wander_columns(observations: Observations) -> NDArray[np.float64]:
-    """(n, k) columns of which the products sum up to the covariance of whole frames that wander while nothing else
-    moves, with a standard deviation of one native unit; none where no frames do."""
+    """(n, k) columns of which the products sum up to the covariance of whole frames that wander, in each of the ways
+    of `whole_frames` by one native unit (root mean square over a recording); none where no frames do."""
     columns = [np.zeros((len(observations.residual), 0))]
-    moving = [(rows, patch.block) for rows, patch in observations.rows() if patch.block.times]
-    for place in sorted({block.place for _, block in moving}):
-        own = [(rows, float(np.mean(block.times))) for rows, block in moving if block.place == place]
-        times = np.array([time for _, time in own])
+    moving = [(rows, patch) for rows, patch in observations.rows() if patch.block.times]
+    for place in sorted({patch.block.place for _, patch in moving}):
+        own = [(rows, patch) for rows, patch in moving if patch.block.place == place]
+        times = np.array([np.mean(patch.block.times) for _, patch in own])
         apart, span = np.abs(times[:, None] - times), float(np.ptp(times))
         # from one block to the next, and over a good part of the recording
         lengths = (span / max(len(times) - 1, 1), span / 4)
         root = cholesky(np.mean([np.exp(-apart / max(length, 1e-9)) for length in lengths], axis=0), lower=True)
-        part = np.zeros((len(observations.residual), len(times)))
-        for (rows, _), row in zip(own, root, strict=True):
-            part[rows] = row
-        columns.append(part)
+        ways = [[p.tiles.mean(image * p.native) for image in whole_frames(p.block)] for _, p in own]
+        for way in zip(*ways, strict=True):
+            usual = max(float(np.sqrt(np.mean(np.concatenate(way) ** 2))), 1e-300)
+            part = np.zeros((len(observations.residual), len(times)))
+            for (rows, _), values, row in zip(own, way, root, strict=True):
+                part[rows] = np.outer(values / usual, row)
+            columns.append(part)
     return np.concatenate(columns, axis=1)
 
 
