@@ -121,8 +121,8 @@ def drift_columns(observations: Observations) -> NDArray[np.float64]:
 
 
 def wander_columns(observations: Observations) -> NDArray[np.float64]:
-    """(n, k) columns of which the products sum up to the covariance of whole frames that wander, in each of the ways
-    of `whole_frames` by one native unit (root mean square over a recording); none where no frames do."""
+    """(n, k) columns of which the products sum up to the covariance of whole frames that wander by a native unit (root
+    mean square over a recording), in all ways of `whole_frames` alike; none where no frames do."""
     columns = [np.zeros((len(observations.residual), 0))]
     moving = [(rows, patch) for rows, patch in observations.rows() if patch.block.times]
     for place in sorted({patch.block.place for _, patch in moving}):
@@ -138,7 +138,7 @@ def wander_columns(observations: Observations) -> NDArray[np.float64]:
             part = np.zeros((len(observations.residual), len(times)))
             for (rows, _), values, row in zip(own, way, root, strict=True):
                 part[rows] = np.outer(values / usual, row)
-            columns.append(part)
+            columns.append(part / np.sqrt(len(ways[0])))
     return np.concatenate(columns, axis=1)
 
 
