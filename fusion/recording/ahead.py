@@ -23,3 +23,8 @@ def ahead(read: Callable[[Item], Read], items: Iterable[Item]) -> Iterator[Calla
         yield from under_way
     finally:
         pool.shutdown(cancel_futures=True)
+
+
+def side_by_side(work: Callable[[Item], Read], items: Iterable[Item]) -> list[Read]:
+    """What is made of each item, in their order, two of them at a time; raises what the work on the first raised."""
+    return [made() for made in ahead(work, items)]

@@ -37,7 +37,9 @@ def judge_comparison(comparison: Any) -> Judgement:
         share = share_within(far, 0.005)
         judged = level(1 - share, MISSING_SHARE)
         do = "Scan what is missing, or pass --seen with the points that the scan could see." if judged != "ok" else ""
-        reason = f"{share:.1%} of the reference's surface has mesh within 5 mm."
+        unseen = field_of(comparison, "unseen_share") or 0.0
+        seen = f" that may have been seen ({1 - unseen:.0%} of it)" if unseen > 0 else ""
+        reason = f"{share:.1%} of the reference's surface{seen} has mesh within 5 mm."
         lights.append(Light(judged, "Completeness", reason, do))
     known = field_of(comparison, "knowable") or field_of(comparison, "sigma")
     if known is not None:
@@ -80,11 +82,15 @@ def _knowable(beyond: float) -> Light:
 
 def _scale(comparison: Any) -> Light:
     scale, interval = float(field_of(comparison, "scale")), field_of(comparison, "scale_interval")
-    known = "" if interval is None or None in interval else f" (95 %: {interval[0]:.5f} to {interval[1]:.5f})"
+    if interval is not None and (None in interval or not np.isfinite(interval).all()):
+        return Light(
+            "warning", "Scale", "What was scanned does not tell the scale.", "Scan more of the object's sides."
+        )
+    known = "" if interval is None else f" (95 %: {interval[0]:.5f} to {interval[1]:.5f})"
     said = f"The mesh fits best when multiplied by {scale:.5f}{known}."
     judged = level(abs(scale - 1), SCALE)
     do = "Check the focal length, the unit and the scale of the depth." if judged != "ok" else ""
-    return Light(judged, "Scale", "The scale was kept as it is." if scale == 1.0 else said, do)
+    return Light(judged, "Scale", "The scale was kept as it is." if interval is None and scale == 1.0 else said, do)
 
 
 def field_of(source: Any, name: str) -> Any:

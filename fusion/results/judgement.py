@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from fusion.errors import FusionError
 from fusion.results.light import Light
 
 WORDS = {"ok": "good", "warning": "look here", "bad": "PROBLEM"}
@@ -62,6 +63,17 @@ class Judgement:
         out = [f"{WORDS[x.level]:<{WIDTH}} {x.subject}: {_joined(x)}" for x in self.lights if x.level != "ok"]
         good = [x.subject for x in self.lights if x.level == "ok"]
         return out + ([f"{WORDS['ok']:<{WIDTH}} {', '.join(good)}"] if good else [])
+
+
+def fail(judgement: Judgement, where: str) -> None:
+    """Nothing where a result is good or doubtful; for a command that has written what there is, as evidence.
+
+    Raises:
+        FusionError: the result failed, by the line of its worst light.
+    """
+    worth = judgement.worth
+    if worth.word == "failed":
+        raise FusionError(worth.reasons[0].reason.rstrip("."), where, do=worth.reasons[0].do.rstrip("."))
 
 
 def _joined(light: Light) -> str:

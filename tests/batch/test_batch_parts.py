@@ -15,6 +15,7 @@ from fusion.batch.fingerprint import fingerprint, key_of
 from fusion.batch.job import Job, JobLimits, JobRow, filled, plain_name
 from fusion.batch.listing import items_in
 from fusion.batch.page import write_index
+from fusion.batch.run import Batch
 from fusion.batch.table import columns_of
 from fusion.batch.warm import Warm
 from fusion.batch.work import keep, kept, light_of, numbers_in, unread_in
@@ -23,6 +24,7 @@ from fusion.errors import FusionError
 from fusion.files.output.claim import MARK
 
 RUNNER = "light_command:run"
+REFUSED = JobRow("b", "b", "refused", "failed", "no frames", key="0124")
 ROW = JobRow("a", "a", "done", "good", folder="a-0123", key="0123", numbers={"x.y": 1.5, "x.n": 3})
 
 
@@ -236,6 +238,15 @@ def test_wrong_input_is_one_line_and_makes_nothing(scans, tmp_path_factory, monk
     monkeypatch.chdir(tmp_path_factory.mktemp("here"))
     assert main(["batch", *words.replace("SCANS", str(scans)).split()]) == 1
     assert capsys.readouterr().err.count("\n") == 1 and not Path("out").exists() and not (scans / "out").exists()
+
+
+@pytest.mark.parametrize(("rows", "status"), [([ROW], 0), ([ROW, REFUSED], 0), ([REFUSED, REFUSED], 1)])
+def test_a_batch_of_which_nothing_is_done_fails(scans, tmp_path_factory, monkeypatch, capsys, rows, status):
+    monkeypatch.setattr("fusion.batch.run.run_batch", lambda *_: Batch(tuple(rows), ()))
+    home = str(tmp_path_factory.mktemp("here") / "out")
+    given = ["batch", str(scans), "-o", home, "--", "turntable", "{rec}", "-o", "{out}"]
+    assert main(given) == status
+    assert "no frames" in capsys.readouterr().out or REFUSED not in rows
 
 
 def test_a_folder_that_no_batch_made_is_left_alone(scans, tmp_path_factory, monkeypatch, capsys):

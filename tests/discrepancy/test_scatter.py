@@ -7,8 +7,9 @@ import pytest
 from made_up_walls import looks_at, sensor_of
 
 from fusion.discrepancy.explain import explained_looks
-from fusion.discrepancy.inference.scatter import loose_of
-from fusion.discrepancy.inference.tile_covariance import covariance_of
+from fusion.discrepancy.inference.scatter import beside_laws, loose_of
+from fusion.discrepancy.inference.sizes import orthonormal
+from fusion.discrepancy.inference.tile_covariance import covariance_of, drift_columns
 from fusion.discrepancy.naming.search.candidates import candidates_of
 from fusion.discrepancy.observe.observations import observe
 from fusion.discrepancy.unknown.unrestricted import groups_of
@@ -50,3 +51,14 @@ def test_a_strong_law_is_no_scatter():
     far_off = sensor_of("itof", DepthScale(scale=0.03))
     assert scatter_in(looks_at(far_off, 4)) == 0.0
     assert scatter_in(scattered(far_off, 3)) == pytest.approx(SCATTER, rel=0.4)
+
+
+def test_what_laws_follow_wholly_is_gone_but_for_nothing():
+    """What is left of it is rounding, which was blown up as the size of a part until numbers ran over."""
+    observations = observe(sensor_of("itof"), scattered(sensor_of("itof"), 3)[:2])
+    covariance = covariance_of(observations)
+    some = np.random.default_rng(2).normal(size=(len(observations.residual), 5)) * 1e-3
+    basis = orthonormal(covariance.whiten(some))
+    assert not beside_laws(covariance, basis, some[:, :3] @ np.ones((3, 2))).any()
+    other = drift_columns(observations)[:, :4]
+    assert beside_laws(covariance, basis, other).all(axis=0).all()

@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from fusion.commands.main import main
 from fusion.errors import MeshError
 from fusion.mesh.alignment.align import Alignment, align_meshes
+from fusion.mesh.alignment.similarity import IDENTITY
 from fusion.mesh.alignment.units import UNITS, in_metres
 from fusion.mesh.comparison.compare import CompareSettings, compare, write_comparison
 from fusion.mesh.comparison.distances import surface_of
@@ -190,10 +191,66 @@ def test_what_an_open_reference_cannot_judge_is_said():
 
 
 def test_missing_part_of_a_closed_scan_is_not_excused():
-    reference = trimesh.util.concatenate([trimesh.creation.icosphere(3, 0.1), trimesh.creation.box((0.02, 0.02, 0.4))])
-    found = compare(_made(trimesh.creation.icosphere(3, 0.1)), _made(reference), STAND)
+    ball, bar = trimesh.creation.icosphere(3, 0.1), trimesh.creation.box((0.02, 0.02, 0.4))
+    bar.apply_translation([0, 0, 0.35])  # beside the ball
+    found = compare(_made(ball), _made(trimesh.util.concatenate([ball, bar])), STAND)
     assert found.unseen_share == 0
     assert found.completeness.max > 0.09
+
+
+def test_what_stands_within_the_reference_is_not_asked_for():
+    """A bar through a ball: half of its sides is inside, where no camera looks; the other half is missing."""
+    ball, bar = trimesh.creation.icosphere(3, 0.1), trimesh.creation.box((0.02, 0.02, 0.4))
+    found = compare(_made(ball), _made(trimesh.util.concatenate([ball, bar])), STAND)
+    area, inside, ends = ball.area + bar.area, 4 * 0.02 * 0.2, 2 * 0.02**2
+    assert found.unseen_share == pytest.approx(inside / area, abs=0.01)
+    missing = (bar.area - inside) / (area - inside)
+    # at the bar's foot a strip is within 2 mm of the ball
+    assert 1 - found.completeness.within["0.002"] == pytest.approx(missing, abs=4 * 0.02 * 2 * 0.004 / area + 0.005)
+    assert ends < bar.area and any("nothing can see it" in note for note in found.notes)
+
+
+def test_walls_from_inside_are_not_asked_for():
+    outer, inner = trimesh.creation.box((0.12, 0.1, 0.08)), trimesh.creation.box((0.114, 0.094, 0.074))
+    inner.invert()
+    found = compare(_made(outer), _made(trimesh.util.concatenate([outer, inner])), STAND)
+    assert found.unseen_share == pytest.approx(inner.area / (outer.area + inner.area), abs=0.01)
+    assert found.completeness.within["0.001"] == 1 and found.completeness_all.within["0.002"] < 0.6
+
+
+def test_the_back_of_a_plate_scanned_from_above_is_unseen():
+    plate = trimesh.creation.box((0.2, 0.15, 0.005)).subdivide_to_size(0.01)
+    top = vertices_kept(_made(plate), plate.vertices[:, 2] > 0)
+    moved, _ = _moved(top)
+    found = compare(moved, _made(plate), FEW)
+    assert 0.45 < found.unseen_share < 0.52
+    assert found.completeness.within["0.002"] > 0.9
+    # the other side lies behind the mesh, which is laid on one of both from outside
+    assert found.completeness_all.mean_signed == pytest.approx(-0.0025, abs=0.0003)
+    assert any("that may have been seen (5" in light.reason for light in judge_comparison(found).lights)
+
+
+def test_a_mesh_that_is_inside_out_is_still_laid_on_its_reference():
+    whole = _object(3)
+    part = vertices_kept(whole, whole.vertices[:, 2] > -0.03)
+    moved, turn = _moved(replace(part, faces=part.faces[:, ::-1]))
+    found = compare(moved, whole, FEW)
+    assert found.alignment.status == "moved" and _turn_error_deg(found.T_reference_mesh, turn.T) < 0.1
+
+
+def test_part_of_a_plane_slides_and_tells_no_scale():
+    """The middle of a plate: noise alone seems to ask for a smaller scale, down to the end of what is allowed."""
+    plate = trimesh.creation.box((0.2, 0.15, 0.005)).subdivide_to_size(0.004)
+    inner = (plate.vertices[:, 2] > 0) & (np.abs(plate.vertices[:, :2]) < [0.06, 0.05]).all(axis=1)
+    middle = vertices_kept(_made(plate), inner)
+    rough = np.random.default_rng(5).normal(0, 3e-4, len(middle.vertices))
+    moved, _ = _moved(replace(middle, vertices=middle.vertices + rough[:, None] * [0, 0, 1]))
+    found = compare(moved, _made(plate), replace(FEW, scale=True))
+    assert found.alignment.status == "moved" and found.scale == 1 and found.scale_interval == (0, np.inf)
+    assert found.alignment.slides > 0 and any("slid by" in note for note in found.notes)
+    assert any(light.subject == "Scale" and light.level == "warning" for light in judge_comparison(found).lights)
+    whole = compare(_moved(_object(3))[0], _object(3), FEW)
+    assert not whole.alignment.slides
 
 
 @pytest.mark.slow
@@ -234,9 +291,32 @@ def test_where_no_pose_fits_nothing_else_is_judged():
 def test_a_mirror_image_is_told():
     mesh = _object(3)
     reference = mirrored(_moved(mesh)[0])
-    (said,) = mirrored_note(mesh, reference, surface_of(reference), 0.005)
+    (said,) = mirrored_note(mesh, reference, surface_of(reference), IDENTITY, 0.005)
     assert "mirror image fits" in said and "left for right" in said
-    assert not mirrored_note(mesh, reference, surface_of(reference), 0.0015)  # it fits already
+
+
+@pytest.mark.parametrize("noise", [0.0, 2e-4])
+def test_a_nearly_symmetric_mirror_image_is_told(noise):
+    """A face with one cheek a little fuller, 1.4 mm rms in 0.25 m: it fits its own mirror image well enough to pass."""
+    ball = trimesh.creation.icosphere(4, 0.1)
+    x, y, z = np.asarray(ball.vertices).T / 0.1
+    bumps = 1 + 0.2 * np.sin(3 * z + 1) + 0.15 * np.cos(4 * y - z) + 0.06 * np.exp(-4 * ((x - 0.6) ** 2 + y**2 + z**2))
+    bumps += np.random.default_rng(4).normal(0, noise / 0.1, len(bumps))
+    truth = np.asarray(ball.vertices) * bumps[:, None] * [0.9, 1.0, 1.2]
+    mesh = Mesh(truth, np.asarray(ball.faces, np.int32))
+    right, wrong = (compare(_moved(one)[0], mesh, FEW) for one in (mesh, mirrored(mesh)))
+    assert 0.0003 < wrong.accuracy.rms < 0.0025
+    assert any("mirror image" in note for note in wrong.notes) and not any("mirror" in note for note in right.notes)
+
+
+def test_where_no_pose_fits_the_command_fails_and_keeps_what_it_found(tmp_path, capsys):
+    write_mesh(tmp_path / "ring.ply", _moved(_made(trimesh.creation.torus(0.05, 0.02)))[0])
+    write_mesh(tmp_path / "plate.ply", _made(trimesh.creation.box((0.2, 0.15, 0.005))))
+    given = [str(tmp_path / "ring.ply"), str(tmp_path / "plate.ply"), "-o", str(tmp_path / "out"), "--quiet"]
+    assert main(["compare", *given, "--no-report"]) == 1
+    assert "fits the reference in no pose" in (told := capsys.readouterr()).err and told.err.count("\n") == 1
+    assert json.loads((tmp_path / "out/comparison.json").read_text())["alignment"] == "poor"
+    assert "distance.ply" in {path.name for path in (tmp_path / "out").iterdir()}
 
 
 @pytest.mark.slow

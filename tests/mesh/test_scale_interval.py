@@ -101,3 +101,17 @@ def test_nineteen_of_twenty_intervals_hold_the_scale(wavelength, change):
     held = [_holds(_fitted(change(_scan(truth, wavelength, seed)), truth)[1]) for seed in range(20)]
     # 16 of 20 or fewer have a probability of 1.6 % if each holds it with 95 %
     assert sum(held) >= 17
+
+
+def test_noise_does_not_swell_the_scale():
+    """A rough ball: a smaller one has less noise, too, so plain least squares shrink it, by the square of noise over
+    radius.
+    """
+    radius, noise = 0.02, 1e-3
+    ball = trimesh.creation.icosphere(6, radius)
+    truth = Mesh(np.array(ball.vertices), np.array(ball.faces, np.int32))
+    rng = np.random.default_rng(11)
+    points = truth.vertices * (1 + rng.normal(0, noise, len(truth.vertices)) / radius)[:, None]
+    fit = SurfaceFit(surface_of(truth), 2 * radius)
+    pose, _ = fit.run(SurfaceSamples(points, None), IDENTITY, True, rounds=60)
+    assert abs(pose.scale - 1) < 3 * noise / radius / np.sqrt(len(points))

@@ -98,3 +98,20 @@ def test_real_colors(shared, name):
 
     # ten frames of small things before a wall do not tell
     assert is_elsewhere(told(replace(real, load=moved))) == (name != "ycbv_0000")
+
+
+def test_a_fit_at_the_rim_of_what_is_asked_is_none(tmp_path):
+    """A camera that stands still shows one line of depth in all frames; a line of print farther below is in all too."""
+
+    def load(i):
+        random = np.random.default_rng(i)
+        depth = np.full(CAMERA.shape, 1.0, np.float32)
+        depth[: CAMERA.height // 2] = 2.0  # a table's far end
+        shown = np.full((*CAMERA.shape, 3), 120.0)
+        shown[CAMERA.height // 2 + 14 : CAMERA.height // 2 + 17] = 20  # 4 % of the width are asked: 13 px
+        noisy = np.clip(shown + random.normal(0, 4, shown.shape), 0, 255).astype(np.uint8)
+        return Frame(i, i / 10, depth, noisy)
+
+    recording = Recording(tmp_path, "native", CAMERA, np.arange(COUNT) / 10, load)
+    (finding,) = told(recording)
+    assert finding.severity == "ok" and "do not tell" in finding.seen

@@ -84,6 +84,7 @@ def test_it_speaks_up_only_with_evidence(tmp_path, monkeypatch, relative, std, s
     monkeypatch.setattr(focal_doctor, "measure", lambda _: FocalCheck(relative, std, 6.0, COUNT))
     (finding,) = check_focal_length(draw(recording(tmp_path, turning)))
     assert finding.severity == severity and finding.check == "focal length"
+    assert ("hardly tells it" in finding.seen) == (severity == "ok" and std > 0.002)
     assert (f"about {100 * relative:+.0f} %" in finding.seen) == (severity == "warning")
     # what a scan is sure of it corrects by itself, as this camera is only nominal
     assert ("--keep-camera" in finding.do) == (severity == "warning")

@@ -180,3 +180,15 @@ def test_a_corner_that_blur_rounds_is_cut_above(waist, blur):
     assert found.hidden > 0.5 * blur
     foot = np.hypot(*found.mesh.vertices[found.mesh.vertices[:, 2] < 0.0003, :2].T)
     assert foot == pytest.approx(waist, abs=0.2 * blur)  # the fillet stands out by all of the blur
+
+
+@pytest.mark.parametrize("lean", [0.0, 0.15, -0.15], ids=["upright", "tapered", "undercut"])
+def test_a_corner_that_a_filter_rounds_is_cut_above(lean):
+    """A recursive filter leaves an exponential: it fades over several times its length, and is nowhere steep."""
+    z = np.linspace(0.03, 0.0, 40)
+    side = [(0.04 - lean * (h - 0.03) + 0.0015 * np.exp(-h / 0.002), h) for h in z]
+    surface, _ = standing([(side[0][0], 0.11), *side], noise=0.0001)
+    found = clean(surface, ScanSettings(), SimpleNamespace(plate=0.0, table=None, radius=0.15, size=SIZE), VOXEL)
+    low = found.mesh.vertices[found.mesh.vertices[:, 2] < 0.005]
+    off = np.hypot(*low[:, :2].T) - (0.04 - lean * (low[:, 2] - 0.03))
+    assert np.sqrt(np.mean(off**2)) < 0.0002  # noise of 0.1 mm, carried down a few millimetres

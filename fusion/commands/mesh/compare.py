@@ -68,6 +68,7 @@ def run(options: argparse.Namespace) -> None:
     from fusion.repeatability.bias import bias_and_spread
     from fusion.report.comparisons.comparison import Circumstances, comparison_report
     from fusion.results.comparison import judge_comparison
+    from fusion.results.judgement import fail
 
     notes: list[str] = []
     repeated = _repeated(options, notes)
@@ -106,11 +107,12 @@ def run(options: argparse.Namespace) -> None:
     judgement = judge_comparison(comparison)
     if options.json:
         print(json_text(comparison.to_dict() | more | {"judgement": judgement.lights, "output": str(options.output)}))
-        return
-    if not options.quiet:
-        sys.stderr.writelines(f"note: {note}\n" for note in notes)
-    said = [] if apart is None else [f"bias, spread  {apart.words()}"]
-    print("\n".join([*judgement.lines(), *_lines(comparison), *said, *made(options, "report", width=14)]))
+    else:
+        if not options.quiet:
+            sys.stderr.writelines(f"note: {note}\n" for note in notes)
+        said = [] if apart is None else [f"bias, spread  {apart.words()}"]
+        print("\n".join([*judgement.lines(), *_lines(comparison), *said, *made(options, "report", width=14)]))
+    fail(judgement, " ".join(map(str, options.mesh)))
 
 
 def _name(meshes: list[Path]) -> str:
@@ -139,7 +141,7 @@ def _repeated(options: argparse.Namespace, notes: list[str]) -> "Repeat | None":
 def _lines(comparison: "Comparison") -> list[str]:
     interval = comparison.scale_interval
     scale = f"scale {comparison.scale:.5f}"
-    if interval:
+    if interval and interval[1] < float("inf"):
         scale += f" (95 %: {interval[0]:.5f} to {interval[1]:.5f})"
     elif comparison.scale == 1:
         scale += " (kept)"

@@ -41,6 +41,7 @@ def run(options: argparse.Namespace) -> None:
     """Compare the scans with each other and write the results."""
     from fusion.repeatability.repeat import RepeatSettings, repeat
     from fusion.repeatability.scans import read_scans
+    from fusion.results.judgement import fail
     from fusion.results.repeat import judge_repeat, repeat_lines
 
     notes: list[str] = []
@@ -54,10 +55,11 @@ def run(options: argparse.Namespace) -> None:
         fill(partial, found, content, page=options.report)
     if options.json:
         print(json_text(content | {"output": str(options.output)}))
-        return
-    if not options.quiet:
-        sys.stderr.writelines(f"note: {note}\n" for note in notes)
-    print("\n".join([*judgement.lines(), *repeat_lines(found), *made(options, "report", width=17)]))
+    else:
+        if not options.quiet:
+            sys.stderr.writelines(f"note: {note}\n" for note in notes)
+        print("\n".join([*judgement.lines(), *repeat_lines(found), *made(options, "report", width=17)]))
+    fail(judgement, " ".join(map(str, options.scans)))
 
 
 def fill(folder: Path, found: "Repeat", content: dict[str, object], page: bool = True) -> None:

@@ -37,8 +37,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--json", action="store_true", help="print one JSON object")
 
 
-def run(options: argparse.Namespace) -> int | None:
-    """Run the batch; 0 also where jobs failed: their rows say it."""
+def run(options: argparse.Namespace) -> int:
+    """Run the batch; 0 also where jobs failed, as their rows say it, 1 where none is done."""
     from fusion.batch.job import JobLimits
     from fusion.batch.listing import items_in
     from fusion.batch.place import check_place
@@ -58,17 +58,18 @@ def run(options: argparse.Namespace) -> int | None:
     if not options.quiet:
         sys.stderr.writelines(f"note: {note}\n" for note in notes)
     count = {status: sum(row.status == status for row in batch.rows) for status in ("done", "refused", "stopped")}
+    status = 0 if count["done"] or not batch.rows else 1
     if options.json:
         told = {"output": str(options.home), "recordings": len(batch.rows), **count, "run_now": len(batch.done)}
         print(json_text(told))
-        return None
+        return status
     for row in batch.rows:
         if row.status != "done":
             print(f"{row.status:<9} {row.recording}: {row.reason}")
     words = [f"{number} {status}" for status, number in count.items() if number]
     print(f"{len(batch.rows)} recordings: {', '.join(words)}; {len(batch.done)} in this run")
     print(f"index     {options.home / 'index.html'}")
-    return None
+    return status
 
 
 def _command(given: list[str]) -> list[str]:

@@ -13,6 +13,7 @@ from fusion.discrepancy.channels.scatter import Scatter, filtered, predicted_var
 from fusion.discrepancy.channels.succession import memory_of
 from fusion.discrepancy.inference.shaking import SHAKES
 from fusion.discrepancy.observe.observations import Patch
+from fusion.recording.ahead import side_by_side
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
 from fusion.sensor.parameter import Parameter, parameters
@@ -174,7 +175,7 @@ def _changes(effects: list[Effect], own: Effect, scatter: Scatter) -> tuple[Vect
         parts = [_filtered(effects, own, patch) for patch in scatter.patches]
         factor, renewal = (np.concatenate(part, axis=1) for part in zip(*parts, strict=True))
         return np.zeros(factor.shape), factor, renewal
-    growth = np.concatenate([_grown(effects, own, patch) for patch in scatter.patches], axis=1)
+    growth = np.concatenate(side_by_side(lambda patch: _grown(effects, own, patch), scatter.patches), axis=1)
     return growth, np.zeros(growth.shape), np.zeros(growth.shape)
 
 

@@ -117,7 +117,7 @@ def stored_step(patch: Patch) -> float:
     recording = getattr(patch.block.stage, "recording", None)
     if recording is None or not len(patch.tiles):
         return 0.0
-    count = float(np.median(np.abs(patch.native[patch.tiles.label >= 0]))) / recording.camera.depth_scale
+    count = patch.usual_native / recording.camera.depth_scale
     return float(np.sqrt(max(count**2 - patch.step**2, 0.0)))
 
 

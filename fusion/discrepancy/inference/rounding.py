@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 from fusion.discrepancy.inference import covariance
 from fusion.discrepancy.inference.own_pattern import unknown_patterns
 from fusion.discrepancy.observe.observations import Observations, Patch
+from fusion.recording.ahead import side_by_side
 from fusion.sensor.effect import Effect
 from fusion.sensor.view import Image
 
@@ -33,7 +34,7 @@ def rounding_covariance(observations: Observations, before: Matrix, patterns: Ma
             error; what is not, tiles of a recording share.
     """
     total = np.zeros_like(before)
-    parts = [_waves(patch) for patch in observations.patches]
+    parts = side_by_side(_waves, observations.patches)
     turns, waves, broken = (np.concatenate(own) for own in zip(*parts, strict=True))
     if not np.any(waves):
         return total

@@ -46,15 +46,9 @@ def loose_of(
     white = np.clip(white, -far, far)
     alone = len(np.unique(observations.place)) < 2  # it may be off as a law has it
 
-    def beside(columns: Vector) -> Vector:
-        seen = covariance.whiten(columns)
-        left = seen - basis @ (basis.T @ seen)
-        # what laws follow wholly has no size of its own: rounding would be blown up to what is seen
-        return np.asarray(left * (np.linalg.norm(left) > np.sqrt(FAINT) * np.linalg.norm(seen)))
-
     poses, drift = np.column_stack(pose_columns(observations)), drift_columns(observations)
     parts = [poses, drift, wander_columns(observations), *shape_columns(observations), *room_columns(observations)]
-    found = sizes_of(white, [beside(columns) for columns in parts], len(white) - basis.shape[1])
+    found = sizes_of(white, [beside_laws(covariance, basis, columns) for columns in parts], len(white) - basis.shape[1])
     more, drifting, wander, *bends = np.sqrt(found.variances).tolist()
     own, common = tuple(bends[: len(BENDS_M)]), tuple(bends[len(BENDS_M) :])
     smooth = Loose(0.0, 0.0 if alone else drifting, (), float(np.hypot(1.0, more)), own, common, wander=wander)
@@ -68,13 +62,25 @@ def loose_of(
 
 def _spreads(observations: Observations, covariance: TileCovariance, basis: Vector, white: Vector) -> Spreads:
     """Sizes of errors beside the covariance, and in which recordings, from what no law reaches of residuals (n,)."""
-    beside = qr(basis)[0][:, basis.shape[1] :]
-    left = Left(beside.T @ white, covariance.pulled(beside), drift_columns(observations), observations.place)
+    beside, drift = qr(basis)[0][:, basis.shape[1] :], drift_columns(observations)
+    left = Left(beside.T @ white, covariance.pulled(beside), drift, observations.place)
     more = max(float(left.white @ left.white) / len(left.white) - 1.0, 1.0)
     start = float(np.sqrt(more * len(left.white) / (left.rough**2).sum()))
     rough = likeliest(left, Spreads(start))
+    if not beside_laws(covariance, basis, drift).any():
+        return rough
     both = likeliest(left, replace(rough, drift=rough.scatter))
     return both if rough.cost - both.cost > SURE else rough
+
+
+def beside_laws(covariance: TileCovariance, basis: Vector, columns: Vector) -> Vector:
+    """Columns (n, k) without what laws follow, in units of the noise; 0 where these follow all of them.
+
+    What is left then is rounding, and as a part of the covariance would be blown up to what is seen.
+    """
+    seen = covariance.whiten(columns)
+    left = seen - basis @ (basis.T @ seen)
+    return np.asarray(left * (np.linalg.norm(left) > np.sqrt(FAINT) * np.linalg.norm(seen)))
 
 
 def _spanned(candidates: Sequence[Candidate], groups: Sequence[Group]) -> Vector | None:

@@ -15,6 +15,7 @@ from fusion.discrepancy.observe.interior import interior
 from fusion.discrepancy.observe.outliers import foreign
 from fusion.discrepancy.observe.tiles import SIDE_PX, Tiling, tiling
 from fusion.geometry.pose import Array, angle, inverse
+from fusion.recording.ahead import side_by_side
 from fusion.sensor.effect import Effect
 from fusion.sensor.laws.surface import moved_beyond
 from fusion.sensor.sensor import Sensor
@@ -91,6 +92,11 @@ class Patch:
         with np.errstate(all="ignore"):
             lost = np.nanmedian(np.abs(self.steps.rounding.noise(self.depth, self.view) * self.native))
         return float(STEP * lost)
+
+    @cached_property
+    def usual_native(self) -> float:
+        """Usual size of the native units per metre, over the tiles; NaN without."""
+        return float(np.median(np.abs(self.native[self.tiles.label >= 0])))
 
     @cached_property
     def told(self) -> tuple[Image, NDArray[np.float64]]:
@@ -173,13 +179,19 @@ class Observations:
         """(n, k) what each effect changes."""
         if not effects:
             return np.zeros((len(self.residual), 0))
-        return np.concatenate([np.column_stack([p.column(effect) for effect in effects]) for p in self.patches])
+
+        def changed(patch: Patch) -> NDArray[np.float64]:
+            return np.column_stack([patch.column(effect) for effect in effects])
+
+        return np.concatenate(side_by_side(changed, self.patches))
 
     def under(self, sensor: Sensor) -> "Observations":
         """The same blocks and tiles, in the same units, under another sensor model."""
         if sensor is self.sensor:
             return self  # with all that is computed of it
-        return replace(self, sensor=sensor, patches=tuple(patch.under(sensor) for patch in self.patches))
+        return replace(
+            self, sensor=sensor, patches=tuple(side_by_side(lambda patch: patch.under(sensor), self.patches))
+        )
 
     def seen_again(self, blocks: Sequence[FrameBlock]) -> "Observations":
         """The same tiles of blocks that differ in what is known of their poses only."""

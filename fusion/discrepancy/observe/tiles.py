@@ -5,7 +5,6 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
 
 from fusion.sensor.view import Image
 
@@ -27,17 +26,23 @@ class Tiling:
 
     def mean(self, image: Image) -> NDArray[np.float64]:
         """(n,) mean of an image (h, w) over each tile; what is NaN counts as 0."""
-        values = np.broadcast_to(image, self.label.shape).ravel()
-        return np.asarray(self.members @ np.where(np.isfinite(values), values, 0)) / self.pixels
+        pixels, first = self.members
+        values = np.broadcast_to(image, self.label.shape).ravel().take(pixels)
+        if not len(self):
+            return np.zeros(0)
+        with np.errstate(invalid="ignore"):
+            sums = np.add.reduceat(values, first, dtype=float)
+        if not np.isfinite(sums).all():
+            sums = np.add.reduceat(np.where(np.isfinite(values), values, 0), first, dtype=float)
+        return np.asarray(sums / self.pixels)
 
     @cached_property
-    def members(self) -> csr_array:
-        """(n, h w) 1 for every pixel that is used, in the row of its tile."""
+    def members(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Places in a flat image of all pixels that are used, tile by tile, and where each of the n tiles begins."""
         used = np.flatnonzero(self.label >= 0)
         number = self.label.ravel()[used]
-        order = used[np.argsort(number, kind="stable")]
-        ends = np.append(0, np.cumsum(np.bincount(number, minlength=len(self))))
-        return csr_array((np.ones(len(used)), order, ends), shape=(len(self), self.label.size))
+        ends = np.cumsum(np.bincount(number, minlength=len(self)))
+        return used[np.argsort(number, kind="stable")], np.append(0, ends)[:-1]
 
 
 def tiling(usable: NDArray[np.bool_], side: int = SIDE_PX) -> Tiling:

@@ -12,6 +12,7 @@ from fusion.discrepancy.observe.frame_block import FrameBlock
 from fusion.discrepancy.planning.menu import MENU, Choice
 from fusion.discrepancy.planning.planned import MenuViews, Planned, planned
 from fusion.discrepancy.planning.separation import Claimed, Parting, Proposal, best, parting, visible_in
+from fusion.recording.ahead import side_by_side
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
 from fusion.sensor.forms import SMALL, forms_of
@@ -64,8 +65,10 @@ class Plans:
     @cached_property
     def all(self) -> tuple[Planned, ...]:
         views = MenuViews(self._blocks_of[0].view.camera, self._sensor)
-        made = (planned(choice, self._blocks_of, views) for choice in MENU)
-        return tuple(plan for plan in made if plan is not None)
+        made = [planned(choice, self._blocks_of, views) for choice in MENU]
+        plans = tuple(plan for plan in made if plan is not None)
+        side_by_side(lambda plan: plan.covariance, plans)
+        return plans
 
     def to_part(self, claimed: Claimed, rivals: dict[str, list[Candidate]], own: Sequence[Candidate] = ()) -> Next:
         """The recording that parts a claim and its rivals, whichever of them is true, as well as one can.
@@ -98,7 +101,8 @@ class Plans:
     def to_show(self, names: Sequence[str]) -> list[Shows]:
         """For each effect that does not show here, where it would."""
         kinds = {kind.name: kind for kind in EFFECTS}
-        return [shown for name in names if (shown := self._shows(kinds[name])) is not None]
+        shown = side_by_side(self._shows, [kinds[name] for name in names])
+        return [shows for shows in shown if shows is not None]
 
     def _shows(self, kind: type[Effect]) -> Shows | None:
         sigmas: list[tuple[Choice, Parting]] = []

@@ -13,6 +13,7 @@ from fusion.discrepancy.inference.tile_covariance import MeasuredTiles
 from fusion.discrepancy.unknown.elsewhere import gain_elsewhere
 from fusion.discrepancy.unknown.families import shapes_of
 from fusion.discrepancy.unknown.terms import UnknownTerm
+from fusion.recording.ahead import side_by_side
 
 Vector = NDArray[np.float64]
 
@@ -78,7 +79,9 @@ def best_term(white: Vector, columns: TermColumns) -> UnknownTerm | None:
     # a wave may show only where another variable does not hide it: all of them are tried in products too
     waves = [term for _, term, _ in singles if term.shapes[0].kind == "wave"]
     products = _scored(list(_scaled(waves, at)), white, columns)
-    kept, scaled = ([_tuned(item, white, columns) for item in _leading(some)] for some in (singles, products))
+    kept, scaled = (
+        side_by_side(lambda item: _tuned(item, white, columns), _leading(some)) for some in (singles, products)
+    )
     leading = [term for _, term, _ in kept]
     tried = kept + scaled + _scored([*_scaled(leading, at), *_curved(leading, at)], white, columns)
     tried = sorted(tried, key=lambda item: -item.gain)[:FINAL]

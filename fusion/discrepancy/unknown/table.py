@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from fusion.discrepancy.observe.observations import Observations, Patch
 from fusion.discrepancy.unknown.terms import UnknownTerm
+from fusion.recording.ahead import side_by_side
 from fusion.sensor.effects.readout.tabulated import STEEPEST, VARIABLES, Tabulated
 from fusion.sensor.laws.table import interpolated
 
@@ -30,7 +31,7 @@ class TermTables:
 
 def pixel_columns(term: UnknownTerm, observations: Observations) -> Vector:
     """(n, k) a term's columns at the pixels, averaged over the tiles."""
-    return np.concatenate([_columns(term, patch) for patch in observations.patches])
+    return np.concatenate(side_by_side(lambda patch: _columns(term, patch), observations.patches))
 
 
 def _columns(term: UnknownTerm, patch: Patch) -> Vector:

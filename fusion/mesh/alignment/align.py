@@ -8,13 +8,21 @@ from scipy.special import stdtrit  # scipy.stats takes a second to import
 
 from fusion.mesh.alignment.coarse import ALIKE, NEAR, CoarseSurface, apart, guesses, score
 from fusion.mesh.alignment.fit import SurfaceFit
-from fusion.mesh.alignment.similarity import IDENTITY, Array, Matches, Similarity, solve
+from fusion.mesh.alignment.similarity import (
+    AS_WELL,
+    IDENTITY,
+    Array,
+    Matches,
+    Similarity,
+    free_shifts,
+    solve,
+    tells_scale,
+)
 from fusion.mesh.comparison.distances import CloudSurface, Surface, surface_of
 from fusion.mesh.comparison.surface_samples import SurfaceSamples, sample_surface, smooth_normals
 from fusion.mesh.mesh import Mesh
 
 _COARSE_POINTS, _FINE_POINTS, _STAND_IN = 3000, 20_000, 20_000
-_PREFERENCE = 1.2  # the pose as it stands wins unless another is better by this: symmetric shapes stay (guess)
 _SCORED = 1e-4  # of the size: poses of exact shapes that belong together score alike but for this
 _POOR = 0.9  # of the score's limit per surface: one shown whole by the other scores at most 1 (guess)
 # parts along x, y, z: cubes, as errors may reach across half of the object or be gone after a few pixels; and slabs,
@@ -37,20 +45,11 @@ def scale_interval(scale: float, scale_back: float, matches: Matches) -> tuple[f
         scale_back: of the mesh, as fitted by laying the reference on it.
         matches: of the first fit, points of the mesh and where they belong on the reference.
     """
-    if not _known(matches):
+    if np.count_nonzero(matches.weights) < 8 or not tells_scale(matches):
         return 0.0, float("inf")
     random = max(_jackknife(matches, parts) for parts in _PARTS)
     half = float(np.hypot(random, np.log(scale_back / scale))) + _FLOAT
     return scale * float(np.exp(-half)), scale * float(np.exp(half))
-
-
-def _known(matches: Matches) -> bool:
-    """Is there anything in the shape that tells its scale (nothing in a plane)?"""
-    if np.count_nonzero(matches.weights) < 8:
-        return False
-    jacobian = matches.rows()[0]
-    system = (jacobian * matches.weights[:, None]).T @ jacobian
-    return bool(solve(system, np.eye(7)[6])[6] * np.trace(system) > 1e-6)
 
 
 def _jackknife(matches: Matches, parts: tuple[int, int, int]) -> float:
@@ -95,6 +94,8 @@ class Alignment:
     status: str = "kept"  # "kept" (the pose it stood in was right but for the last bit), "moved", "poor" (no pose fits)
     # angles [rad], least first, by which the mesh may be turned besides and fits as well; none for a pose that was kept
     turns: tuple[float, ...] = ()
+    # how far [m] the mesh may slide along the reference at least and fits as well; 0 for a pose that was kept
+    slides: float = 0.0
 
     def similarity(self) -> Similarity:
         """The same as a map of points."""
@@ -133,17 +134,28 @@ def align_meshes(
     fit = SurfaceFit(_quick(reference, other), size)
     quick = _quick(mesh, own)
 
-    def judged(pose: Similarity) -> tuple[float, float]:
-        there = fit.surface.closest(pose.apply(coarse.points), _turned(pose, coarse.normals)).distances
+    looks = smooth_normals(coarse)
+
+    def judged(pose: Similarity) -> tuple[float, float, float, float]:
+        """Scores of both surfaces and of the mesh; the mesh's by what looks the other way, and the same way [m]."""
+        turned = _turned(pose, looks)
+        found = fit.surface.closest(pose.apply(coarse.points), turned)
         again = quick.closest(pose.apply_inverse(asked.points), asked.normals).distances * pose.scale
-        return score(there, again, NEAR * size), score(there, np.zeros(1), NEAR * size)
+        limit = NEAR * size
+        near = limit - np.minimum(np.abs(found.distances), limit)
+        along = np.zeros(1) if turned is None else np.sign(np.einsum("ij,ij->i", turned, found.normals))
+        both, own = score(found.distances, again, limit), score(found.distances, np.zeros(1), limit)
+        return both, own, float((near * (along < 0)).mean()), float((near * (along > 0)).mean())
 
     starts = [IDENTITY, *guesses(CoarseSurface.of(coarse), CoarseSurface.of(back))]
     poses = [fit.run(coarse, start, scale, rounds=20)[0] for start in starts]
-    scores, near = np.array([judged(pose) for pose in poses]).T
+    plain, near, against, along = np.array([judged(pose) for pose in poses]).T
+    scores = plain + against  # the top of a thin plate is not its bottom from inside
+    if AS_WELL * (plain + along).min() < scores.min():  # the mesh, or the reference, is inside out
+        scores = plain + along
     best = int(np.argmin(scores))
-    as_well = scores - scores[best] <= (_PREFERENCE - 1) * near[best] + _SCORED * size
-    if scores[0] <= _PREFERENCE * scores[best] + _SCORED * size:
+    as_well = scores - scores[best] <= (AS_WELL - 1) * near[best] + _SCORED * size
+    if scores[0] <= AS_WELL * scores[best] + _SCORED * size:
         best = 0
     pose, matches = SurfaceFit(other, size, facing=True).run(fine, poses[best], scale, rounds=60)
     moved = 2 * np.sin(_angle(pose) / 2) * size + np.linalg.norm(pose.apply(origin[None])[0] - origin)
@@ -156,7 +168,13 @@ def align_meshes(
         interval = scale_interval(pose.scale, 1 / again.scale, matches)
     angles = [apart(pose, poses[k]) for k in np.flatnonzero(as_well)] if status == "moved" else []
     turns = tuple(sorted(angle for angle in angles if angle > ALIKE))
-    return Alignment(pose.matrix(), pose.scale, interval, float((matches.weights > 0).mean()), status, turns)
+    slides = 0.0
+    if status == "moved":
+        best_score, best_near, *_ = judged(pose)
+        limit = best_score + (AS_WELL - 1) * best_near + _SCORED * size
+        ways = [Similarity(pose.rotation, pose.shift + NEAR * size * way, pose.scale) for way in free_shifts(matches)]
+        slides = NEAR * size if any(judged(way)[0] <= limit for way in ways) else 0.0
+    return Alignment(pose.matrix(), pose.scale, interval, float((matches.weights > 0).mean()), status, turns, slides)
 
 
 def _quick(mesh: Mesh, surface: Surface) -> Surface:

@@ -9,6 +9,8 @@ from scipy.spatial.transform import Rotation
 Array = NDArray[np.float64]
 SCALES = (0.8, 1.25)  # beyond this two surfaces do not differ by a scale error but by their unit or their shape
 _DAMPING = 1e-9  # of the system's own size: holds still what the shape leaves free (a sphere's rotation)
+_HELD = 1e-3  # of a unit force: more of it left over was put on something that is free
+AS_WELL = 1.2  # an rms distance so many times larger is no clearly worse fit (guess)
 
 
 @dataclass(frozen=True)
@@ -60,7 +62,8 @@ class Matches:
         arm = self.points - centre
         size = max(float(np.sqrt(self.weights @ (arm**2).sum(axis=1) / total)), 1e-300)
         arm = arm / size
-        along = np.einsum("ij,ij->i", arm, self.normals)[:, None]
+        # of the targets: noise of the points stands in the residuals, too, and a scale of 0 would explain it all
+        along = np.einsum("ij,ij->i", (self.targets - centre) / size, self.normals)[:, None]
         jacobian = np.hstack([np.cross(arm, self.normals), self.normals, along])
         return jacobian, np.einsum("ij,ij->i", self.normals, self.targets - self.points), centre, size
 
@@ -68,6 +71,7 @@ class Matches:
 def step(now: Similarity, matches: Matches, scale: bool) -> tuple[Similarity, float]:
     """One Gauss-Newton step: the better similarity, and how far it moved the shape's edge [m]."""
     jacobian, residual, centre, size = matches.rows()
+    scale = scale and tells_scale(matches)  # of a plane noise alone speaks, and any smaller one has less of it
     jacobian = jacobian if scale else jacobian[:, :6]
     weighted = jacobian * matches.weights[:, None]
     change = solve(weighted.T @ jacobian, weighted.T @ residual)
@@ -78,6 +82,29 @@ def step(now: Similarity, matches: Matches, scale: bool) -> tuple[Similarity, fl
     rotation = left @ right  # stays a rotation over many steps
     shift = centre + grow * turn @ (now.shift - centre) + change[3:6]
     return Similarity(rotation, shift, now.scale * grow), float(np.linalg.norm(change))
+
+
+def tells_scale(matches: Matches) -> bool:
+    """Is a scale at the end of what is allowed clearly worse than the best one, all else following it?
+
+    Of a plane, a cylinder cut off or a cone it is not: there the scale is free, or a shift makes up for it.
+    """
+    jacobian, residual, _, size = matches.rows()
+    weighted = jacobian * matches.weights[:, None]
+    system, right = weighted.T @ jacobian, weighted.T @ residual
+    column = np.eye(7)[6]
+    moved = solve(system, column)  # per unit of force on the scale
+    if moved[6] <= 0 or np.abs(system @ moved - column).max() > _HELD:
+        return False
+    left = float(matches.weights @ residual**2 - right @ solve(system, right))
+    return float(np.log(SCALES[1]) * size) ** 2 / moved[6] > (AS_WELL**2 - 1) * max(left, 0.0)
+
+
+def free_shifts(matches: Matches) -> list[Array]:
+    """Unit vectors (3,), both ways, along which the normals of what lies on each other hold a shift least of all."""
+    normals = matches.normals[matches.weights > 0]
+    axes = np.linalg.eigh(normals.T @ normals)[1].T
+    return [sign * axis for axis in axes[:2] for sign in (1.0, -1.0)]
 
 
 def solve(system: Array, right: Array) -> Array:

@@ -13,6 +13,7 @@ from fusion.mesh.alignment.align import Alignment, align_meshes
 from fusion.mesh.alignment.coarse import NEAR
 from fusion.mesh.alignment.similarity import Array, Similarity
 from fusion.mesh.alignment.units import in_metres, size
+from fusion.mesh.comparison.completeness import UNSEEN_M, completeness_of
 from fusion.mesh.comparison.distances import Surface, surface_of
 from fusion.mesh.comparison.mirrored import mirrored_note
 from fusion.mesh.comparison.statistics import (
@@ -30,10 +31,7 @@ from fusion.mesh.files import write_mesh
 from fusion.mesh.mesh import Mesh
 from fusion.progress import stage
 
-# nearer than this the reference counts as seen, however good the scan; absolute: depth cameras leave rims open so wide,
-# of objects as of rooms
-_UNSEEN_M = 0.010
-_SEEDS = (1, 2)  # of the samples on mesh and reference
+_SEED = 1  # of the samples on the mesh
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,7 +155,9 @@ def compare(mesh: Mesh, reference: Mesh, settings: CompareSettings | None = None
         do = "" if settings.unit else " Unless these are metres, name the reference's unit with --unit."
         told = f"No pose was found in which the mesh fits the reference ({sizes}); the distances mean nothing."
         notes.append(told + do)
-    notes += _turns_note(alignment)
+    notes += _freedom_note(alignment)
+    if alignment.scale_interval is not None and not np.isfinite(alignment.scale_interval[1]):
+        notes.append("What lies on each other does not tell the scale (a plane does not): it was kept as it is.")
     if settings.scale and not settings.align:
         notes.append("The scale was not looked for, as nothing was aligned.")
     pose = alignment.similarity()
@@ -166,23 +166,20 @@ def compare(mesh: Mesh, reference: Mesh, settings: CompareSettings | None = None
     accuracy = DistanceStatistics.of(there)
     if settings.align and not left_out:
         with stage("aligning"):
-            notes += mirrored_note(mesh, reference, surfaces[1], accuracy.rms)
+            notes += mirrored_note(mesh, reference, surfaces[1], pose, accuracy.rms)
     with stage("measuring"):
-        back, unseen = _back(reference, surfaces[0], pose, settings, seen)
-    if seen is None:
         # three times the scan's own error, by what lies near the reference: a table around the object is no error
         close = np.abs(there)[np.abs(there) <= NEAR * size(reference)]
-        unseen &= np.abs(back) > max(_UNSEEN_M, 3 * float(np.percentile(close, 95)) if len(close) else 0.0)
-        notes += _unseen_note(float(unseen.mean()))
-    else:
-        notes.append(f"The completeness is over {len(back)} points of the reference that were named as seen.")
-    completeness = DistanceStatistics.of(back[~unseen])
+        error = 3 * float(np.percentile(close, 95)) if len(close) else 0.0
+        back = completeness_of(reference, surfaces, pose, settings.samples, error, seen)
+    notes += back.notes
+    completeness = DistanceStatistics.of(back.distances[~back.unseen])
     return Comparison(
         alignment=alignment,
         accuracy=accuracy,
         completeness=completeness,
-        completeness_all=DistanceStatistics.of(back),
-        unseen_share=float(unseen.mean()),
+        completeness_all=DistanceStatistics.of(back.distances),
+        unseen_share=float(back.unseen.mean()),
         left_out_share=left_out,
         fscore=fscore(accuracy, completeness),
         histogram=histogram(there),
@@ -215,17 +212,17 @@ def _accuracy(
     mesh: Mesh, reference: Surface, pose: Similarity, settings: CompareSettings, notes: list[str]
 ) -> tuple[Array, float]:
     """Signed distances of the mesh's surface that counts [m], and the share that does not."""
-    samples = sample_surface(mesh, settings.samples, _SEEDS[0])
+    samples = sample_surface(mesh, settings.samples, _SEED)
     normals = None if samples.normals is None else samples.normals @ pose.rotation.T
     found = reference.closest(pose.apply(samples.points), normals)
     distances, limit = found.distances, settings.max_distance
     if limit is None:
         far = float(np.mean(np.abs(distances) > 0.1 * size(mesh)))
-        beyond = float(np.mean(found.on_border & (np.abs(distances) > _UNSEEN_M)))
+        beyond = float(np.mean(found.on_border & (np.abs(distances) > UNSEEN_M)))
         if beyond > 0.02:
             notes.append(
                 f"{beyond:.1%} of the mesh lies beyond where the reference ends, which is not closed: neither error "
-                f"nor outside or inside, but in the accuracy and the bias; --max-distance {_UNSEEN_M:g} leaves it out."
+                f"nor outside or inside, but in the accuracy and the bias; --max-distance {UNSEEN_M:g} leaves it out."
             )
         elif far > 0.02:
             notes.append(f"{far:.1%} of the mesh lies far from the reference; --max-distance leaves it out.")
@@ -240,35 +237,20 @@ def _accuracy(
     return distances[near], share
 
 
-def _back(
-    reference: Mesh, mesh: Surface, pose: Similarity, settings: CompareSettings, seen: Array | None
-) -> tuple[Array, Any]:
-    """Signed distances of the reference's surface to the mesh [m], and where it may be unseen."""
-    samples = sample_surface(reference if seen is None else Mesh(seen), settings.samples, _SEEDS[1])
-    normals = None if samples.normals is None else samples.normals @ pose.rotation
-    found = mesh.closest(pose.apply_inverse(samples.points), normals)
-    # a closed mesh claims to show everything; an open one may have far more missing than what lies right at its border
-    unseen = np.full(len(found.on_border), seen is None and bool(found.on_border.any()))
-    return found.distances * pose.scale, unseen
-
-
-def _turns_note(alignment: Alignment) -> list[str]:
-    if not alignment.turns:
-        return []
+def _freedom_note(alignment: Alignment) -> list[str]:
+    """What the shapes leave free of the pose."""
     angles = sorted({round(float(np.rad2deg(angle))) for angle in alignment.turns})
-    said = f"by {' or '.join(f'{angle}' for angle in angles)} deg" if len(angles) <= 3 else "by any of many angles"
-    return [
-        f"Turned {said} besides, the mesh fits the reference as well: "
-        f"how large the distances are holds, but not where on the object; --no-align keeps a pose that is known."
-    ]
-
-
-def _unseen_note(share: float) -> list[str]:
-    if not share:
+    said = []
+    if angles:
+        turned = " or ".join(f"{angle}" for angle in angles) if len(angles) <= 3 else "any of many angles"
+        said.append(f"turned by {turned}{' deg' if len(angles) <= 3 else ''}")
+    if alignment.slides:
+        said.append(f"slid by {1e3 * alignment.slides:.2g} mm or more along its own surface")
+    if not said:
         return []
     return [
-        f"{share:.1%} of the reference lies far from the mesh, which is not closed: counted as never seen and "
-        f"left out of the completeness; completeness_all holds everything."
+        f"{' or '.join(said).capitalize()} besides, the mesh fits the reference as well: "
+        f"how large the distances are holds, but not where on the object; --no-align keeps a pose that is known."
     ]
 
 

@@ -77,6 +77,15 @@ class MeshSurface:
         sign = np.where(np.einsum("ij,ij->i", offset, normal) < 0, -1.0, 1.0)
         return Closest(near, normal, sign * np.linalg.norm(offset, axis=1), border)
 
+    def hit(self, points: NDArray[np.float64], ways: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Does a ray from each point (..., 3) [m] along its unit vector (..., 3) meet the mesh, but where it starts?"""
+        import open3d
+
+        o3d: Any = open3d
+        start = points - self._centre + _ON_EDGE * self._reach * ways
+        rays = np.concatenate([start, ways], axis=-1).astype(np.float32)
+        return np.asarray(self._scene.test_occlusions(o3d.core.Tensor(rays)).numpy(), np.bool_)
+
     def _normals(
         self, face: NDArray[np.int64], weights: NDArray[np.float32]
     ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:

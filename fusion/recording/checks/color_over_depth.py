@@ -42,6 +42,10 @@ class ColorFit:
         """True where colour may stay where it is."""
         return max(abs(self.across), abs(self.down)) <= LIES * width
 
+    def inside(self, width: int) -> bool:
+        """True where it is a place among those asked: at their rim it would fit better beyond, so none was found."""
+        return abs(self.across) < round(ACROSS * width) and abs(self.down) < round(DOWN * width)
+
     def near(self, other: "ColorFit", width: int) -> bool:
         """True where both say the same place, to what another depth of the scene makes of it."""
         moved = max(abs(self.across - other.across), abs(self.down - other.down))
@@ -60,7 +64,8 @@ def check_color_over_depth(sample: Sample) -> list[Finding]:
         return [Finding("color", "ok", "colour lies over depth: rims of depth are edges of colour")]
     best = laid(shown, SCALES)
     halves = [laid(shown[k::2], SCALES) for k in (0, 1)] if len(shown) > 1 else []
-    if best.z < SURE or not halves or not all(half.near(best, width) for half in halves):
+    agreed = bool(halves) and all(half.near(best, width) and half.inside(width) for half in halves)
+    if best.z < SURE or not agreed or not best.inside(width):
         return [Finding("color", "ok", "rims of depth do not tell whether colour lies over it")]
     seen = f"colour does not lie over depth: it fits when it is enlarged by {best.scale:.2f} and moved by "
     seen += f"{best.across * sample.stride}, {best.down * sample.stride} px"

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from fusion.geometry.robust import tukey
+from fusion.geometry.robust import MAD_TO_STD, tukey
 from fusion.mesh.cleanup import border_edges, large_parts
 from fusion.mesh.clipping import clipped
 from fusion.mesh.mesh import Mesh
@@ -31,7 +31,8 @@ ROUNDED = (
     0.006  # [m] above a plate blur reaches at most, or 4 voxels; what is rounded above is the object's own (guess)
 )
 ABOVE = (0.001, 0.004)  # [m] above a cut the side is compared with it: below is the plate's noise
-BENDS = 0.15  # in the upright part of the normal: a side with noise of its normals (guess)
+BENDS = 3.0  # standard errors from which a side bends more than it does higher up: one cut of a thousand by chance
+TOGETHER = 4  # vertices whose normals noise turns alike: those of neighbouring voxels (guess)
 SOME = 500  # places around that are asked
 
 
@@ -92,23 +93,43 @@ def clear_of_rounding(mesh: Mesh, plate: FittedPlate, voxel: float) -> FittedPla
     """The plate with `hidden` as high as blur rounds the corner between it and what stands on it.
 
     Pixels, windows and filters see side and plate together. So a side bends outwards where it meets the plate: the cut
-    goes up until most of it goes on upwards as it is there.
+    goes up until the side bends no more than it does above all that blur reaches, where what it does is its own.
     """
-    assert mesh.normals is not None
-    upright, height = mesh.normals[:, 2].astype(float), plate.height(mesh.vertices)
     cut, most = plate.hidden, max(ROUNDED, 4 * voxel)
+    height = plate.height(mesh.vertices)
+    own = _bend(mesh, height, 1.5 * most, most) or _Bend(0.0, 0.0)
     while cut < most:
-        at = np.flatnonzero(np.abs(height - cut) < voxel / 2)
-        over = np.flatnonzero((height > cut + ABOVE[0]) & (height < cut + ABOVE[1]))
-        at = at[:: max(1, len(at) // SOME)]
-        if not len(at) or not len(over):
-            break
-        around = cKDTree(mesh.vertices[over]).query_ball_point(mesh.vertices[at], 1.5 * ABOVE[1])
-        bends = [upright[i] - upright[over[near]].mean() for i, near in zip(at, around, strict=True) if near]
-        if not bends or float(np.median(bends)) < BENDS:
+        found = _bend(mesh, height, cut, voxel)
+        if found is None or found.size - own.size <= BENDS * np.hypot(found.error, own.error):
             break
         cut *= HIGHER
     return replace(plate, hidden=min(cut, max(most, plate.hidden)))
+
+
+@dataclass(frozen=True)
+class _Bend:
+    """By how much the upright part of a side's normal is more than a little higher up: median, standard error."""
+
+    size: float
+    error: float
+
+
+def _bend(mesh: Mesh, height: Array, at: float, thick: float) -> _Bend | None:
+    """Of a band so thick [m] about a height, of vertices (n,) above the plate [m]; None where there is no side."""
+    assert mesh.normals is not None
+    upright = mesh.normals[:, 2].astype(float)
+    band = np.flatnonzero(np.abs(height - at) < thick / 2)
+    band = band[:: max(1, len(band) // SOME)]
+    over = np.flatnonzero((height > at + ABOVE[0]) & (height < at + thick / 2 + ABOVE[1]))
+    if not len(band) or not len(over):
+        return None
+    around = cKDTree(mesh.vertices[over]).query_ball_point(mesh.vertices[band], 1.5 * ABOVE[1])
+    bends = np.array([upright[i] - upright[over[near]].mean() for i, near in zip(band, around, strict=True) if near])
+    if not len(bends):
+        return None
+    middle = float(np.median(bends))
+    spread = MAD_TO_STD * float(np.median(np.abs(bends - middle)))
+    return _Bend(middle, spread * np.sqrt(np.pi / 2 * TOGETHER / len(bends)))
 
 
 def off_plate(mesh: Mesh, plate: FittedPlate) -> tuple[Mesh, float]:

@@ -83,7 +83,7 @@ def _cutter(
         return lambda bound: candidate_of(observations, covariance, candidate.form, (bound,))
     values, changes = [], []
     for patch in observations.patches:
-        order, shape = patch.tiles.members.indices, patch.tiles.label.shape
+        (order, _), shape = patch.tiles.members, patch.tiles.label.shape
         with np.errstate(all="ignore"):
             value = VARIABLES[variable](patch.depth, patch.view)
             own = [patch.change(effect) for effect in candidate.form.instances()]
