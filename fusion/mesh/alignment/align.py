@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from fusion.mesh.alignment.coarse import ALIKE, NEAR, CoarseSurface, apart, guesses
 from fusion.mesh.alignment.fit import SurfaceFit
-from fusion.mesh.alignment.judge import SCORED, PoseJudge
+from fusion.mesh.alignment.judge import PoseJudge
 from fusion.mesh.alignment.look_alikes import MAYBE, layers, turned_alike
 from fusion.mesh.alignment.scale_interval import scale_interval
 from fusion.mesh.alignment.similarity import AS_WELL, IDENTITY, Array, Similarity, free_shifts, tells_scale
@@ -16,6 +16,7 @@ from fusion.mesh.comparison.distances import Surface, surface_of
 from fusion.mesh.mesh import Mesh
 
 _POOR = 0.9  # of the score's limit per surface: one shown whole by the other scores at most 1 (guess)
+_SAME = 0.1  # of what is near: steps that go on lead from one of such poses to the other (guess)
 _COVERED = 0.5  # of the reference, close to the mesh: it is there, whatever else the mesh shows (guess)
 
 
@@ -110,8 +111,11 @@ def _likely(judge: PoseJudge, scale: bool) -> _Likely:
         [(one, one.against) for one in scores], [(one, one.along) for one in scores]))  # fmt: skip
     judge.inside_out = bool(AS_WELL * wrong.min() < right.min())
     rated = wrong if judge.inside_out else right
-    near = np.flatnonzero(rated <= MAYBE * rated.min() + SCORED * judge.size)
-    few = sorted({0, *near.tolist()})
+    room = (MAYBE - 1) * scores[int(np.argmin(rated))].own + NEAR * judge.size / np.sqrt(len(judge.back.points))
+    few: list[int] = [0]
+    for k in np.argsort(rated, kind="stable").tolist():
+        if rated[k] <= rated.min() + room and not any(_one(judge, poses[k], poses[j]) for j in few):
+            few.append(k)
     poses = [judge.refined(poses[k], scale) for k in few]
     costs = [judge.cost(pose) for pose in poses]
     best = min(costs, key=lambda one: one.both)
@@ -119,6 +123,13 @@ def _likely(judge: PoseJudge, scale: bool) -> _Likely:
     # the pose as it stands wins unless another is clearly better: symmetric shapes stay
     chosen = 0 if alike[0] else costs.index(best)
     return _Likely(poses[chosen], chosen == 0, [pose for pose, same in zip(poses, alike, strict=True) if same])
+
+
+def _one(judge: PoseJudge, pose: Similarity, other: Similarity) -> bool:
+    """Do two poses differ by less than the last steps may take them?"""
+    some = judge.coarse.points[::300]
+    off = np.linalg.norm(pose.apply(some) - other.apply(some), axis=1)
+    return bool(off.max() < _SAME * NEAR * judge.size)
 
 
 def _angle(pose: Similarity) -> float:

@@ -11,7 +11,9 @@ from fusion.mesh.alignment.similarity import Array, Matches, Similarity
 
 _STEP = 5.0  # [deg] of turns that are tried: ICP finds the rest
 _TRIED = 600  # samples
-MAYBE = 1.5  # times the score of the pose that was found: more is another shape, and no matter of refining (guess)
+# times the mesh's distance in the pose that was found: more is another shape, and no matter of refining (guess). What
+# the reference's side differs by may be its samples' chance
+MAYBE = 1.5
 _APART = 2 * ALIKE
 _KEPT = 24
 _LAYERS = np.arange(-6, 7) / 6 * NEAR  # of the size
@@ -35,7 +37,8 @@ def turned_alike(mesh: CoarseSurface, reference: CoarseSurface, pose: Similarity
         again = mesh.tree.query(guess.apply_inverse(back))[0] * guess.scale
         return score(there, again, NEAR * reference.size)
 
-    most = MAYBE * rated(np.eye(3))
+    own = float(np.minimum(reference.tree.query(pose.apply(few))[0], NEAR * reference.size).mean())
+    most = rated(np.eye(3)) + (MAYBE - 1) * own + NEAR * reference.size / np.sqrt(len(back))
     axes = np.vstack([principal_axes(reference.points).T, box_axes(reference.points).T])
     about = [np.deg2rad(angle) * axis for axis in axes for angle in np.arange(_STEP, 360, _STEP)]
     found = _best(list(Rotation.from_rotvec(about).as_matrix()), rated, most)
