@@ -68,7 +68,7 @@ def align_meshes(
     likely = _likely(judge, scale)
     pose, matches = judge.exact.run(judge.fine, likely.pose, scale, rounds=60)
     if scale and pose.scale != 1 and not tells_scale(matches):  # what moved it was not this shape's
-        pose = Similarity(pose.rotation, pose.apply(origin[None])[0] - pose.rotation @ origin)
+        pose = Similarity(pose.rotation, origin - pose.rotation @ pose.apply_inverse(origin[None])[0])
         pose, matches = judge.exact.run(judge.fine, pose, False, rounds=60)
     moved = 2 * np.sin(_angle(pose) / 2) * size + np.linalg.norm(pose.apply(origin[None])[0] - origin)
     found = judge.score(pose)
