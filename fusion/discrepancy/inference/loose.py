@@ -25,17 +25,11 @@ class Loose:
     room: tuple[float, ...] = NONE
     mesh: float = 0.0  # by how much all meshes are larger or smaller and set off, over what is usual
     camera: float = 0.0  # by how much the camera file is wrong, over what is usual
-    wander: float = 0.0  # standard deviation [native unit] of whole frames that wander while nothing else moves
 
     @property
     def bent(self) -> float:
         """Standard deviation [m] of the shape of a target, of both kinds."""
         return float(np.linalg.norm([*self.shape, *self.room]))
-
-    @property
-    def drifting(self) -> float:
-        """Standard deviation [native unit] of what changes smoothly, from recording to recording or within one."""
-        return float(np.hypot(self.drift, self.wander))
 
     def with_more(self, found: "Loose") -> "Loose":
         """With what was found beside it: sizes of independent errors add up as squares."""
@@ -48,5 +42,4 @@ class Loose:
             tuple(np.hypot(self.room, found.room).tolist()),
             float(np.hypot(self.mesh, found.mesh)),
             float(np.hypot(self.camera, found.camera)),
-            float(np.hypot(self.wander, found.wander)),
         )

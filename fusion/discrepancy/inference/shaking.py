@@ -146,7 +146,7 @@ def motion_of(block: FrameBlock) -> FrameMotion | None:
     images = rigid_motions(view.depth, view)
     columns = np.column_stack([course.tiles.mean(image) for image in images]) * weight[:, None]
     rigid = _directions(_unit(columns), SEEN)
-    whole = np.column_stack([course.tiles.mean(image) for image in whole_frames(block)]) * weight[:, None]
+    whole = np.column_stack([course.tiles.mean(image) for image in _offsets(block)]) * weight[:, None]
     whole = _directions(_unit(whole), SEEN)
     moving = _directions(rigid - whole @ (whole.T @ rigid), OWN)
     smooth = _smooth(course.tiles.cell.astype(float)) * weight[:, None]
@@ -173,7 +173,7 @@ def _unit(columns: Matrix) -> Matrix:
     return np.asarray(columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300))
 
 
-def whole_frames(block: FrameBlock) -> list[Image]:
+def _offsets(block: FrameBlock) -> list[Image]:
     """Images (h, w) of what moves a whole frame and is no motion: of depth, of range, by a share, of disparity."""
     depth = block.view.depth
     assert depth is not None

@@ -14,10 +14,9 @@ from fusion.discrepancy.inference.camera_file import camera_columns
 from fusion.discrepancy.inference.covariance import drifting, grain, neighbours
 from fusion.discrepancy.inference.own_pattern import own_patterns
 from fusion.discrepancy.inference.rounding import rounding_covariance
-from fusion.discrepancy.inference.shaking import whole_frames
 from fusion.discrepancy.inference.shapes import mesh_columns, shape_covariance
 from fusion.discrepancy.observe.observations import Observations, Patch
-from fusion.discrepancy.observe.stretches import FLOOR_M
+from fusion.discrepancy.observe.placements import FLOOR_M
 from fusion.sensor.effect import Effect
 from fusion.sensor.laws.surface import rigid_motions
 from fusion.sensor.parameter import parameters
@@ -86,9 +85,6 @@ def covariance_of(observations: Observations) -> TileCovariance:
     if observations.loose.drift:
         drift = drift_columns(observations)
         total += observations.loose.drift**2 * (drift @ drift.T)
-    if observations.loose.wander:
-        wander = wander_columns(observations)
-        total += observations.loose.wander**2 * (wander @ wander.T)
     shaken = np.column_stack([np.zeros((n, 0)), *_shake_columns(observations)])
     total += shaken @ shaken.T
     free = total + noise
@@ -118,28 +114,6 @@ def drift_columns(observations: Observations) -> NDArray[np.float64]:
         block[place == g] = own
         blocks.append(block)
     return np.asarray(np.concatenate(blocks, axis=1) * observations.looseness[:, None])
-
-
-def wander_columns(observations: Observations) -> NDArray[np.float64]:
-    """(n, k) columns of which the products sum up to the covariance of whole frames that wander by a native unit (root
-    mean square over a recording), in all ways of `whole_frames` alike; none where no frames do."""
-    columns = [np.zeros((len(observations.residual), 0))]
-    moving = [(rows, patch) for rows, patch in observations.rows() if patch.block.times]
-    for place in sorted({patch.block.place for _, patch in moving}):
-        own = [(rows, patch) for rows, patch in moving if patch.block.place == place]
-        times = np.array([np.mean(patch.block.times) for _, patch in own])
-        apart, span = np.abs(times[:, None] - times), float(np.ptp(times))
-        # from one block to the next, and over a good part of the recording
-        lengths = (span / max(len(times) - 1, 1), span / 4)
-        root = cholesky(np.mean([np.exp(-apart / max(length, 1e-9)) for length in lengths], axis=0), lower=True)
-        ways = [[p.tiles.mean(image * p.native) for image in whole_frames(p.block)] for _, p in own]
-        for way in zip(*ways, strict=True):
-            usual = max(float(np.sqrt(np.mean(np.concatenate(way) ** 2))), 1e-300)
-            part = np.zeros((len(observations.residual), len(times)))
-            for (rows, _), values, row in zip(own, way, root, strict=True):
-                part[rows] = np.outer(values / usual, row)
-            columns.append(part / np.sqrt(len(ways[0])))
-    return np.concatenate(columns, axis=1)
 
 
 def _noise(patch: Patch) -> NDArray[np.float64]:

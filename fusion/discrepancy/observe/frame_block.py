@@ -11,9 +11,9 @@ from fusion.discrepancy.observe.interior import interior
 from fusion.discrepancy.observe.outliers import behind, passing
 from fusion.discrepancy.observe.stage import KnownScene
 from fusion.discrepancy.observe.stage import stage_of as stage_of
-from fusion.discrepancy.observe.stretches import stretches_of
 from fusion.discrepancy.observe.tiles import Tiling, tiling
 from fusion.discrepancy.simulated import seen_in
+from fusion.errors import RecordingError
 from fusion.geometry.pose import Array
 from fusion.progress import each
 from fusion.recording.looking.copies import Prints, print_of
@@ -26,6 +26,8 @@ from fusion.simulation.rendering.casting import Body
 from fusion.simulation.rendering.indirect import Bounce
 from fusion.simulation.rendering.render import Channels, view_of
 
+TOGETHER_S = 10.0  # frames within this time are one block: nothing warms up or drifts that fast
+MOST_BLOCKS = 20  # a longer series is grouped
 HELD_OUT = 3  # one frame in three takes no part in the fit
 SCENE_FRAMES = 16  # of a block, in which what stays there is looked for
 LONG = 6  # blocks of a recording that make it a series
@@ -52,7 +54,6 @@ class FrameBlock:
     std: Image  # over its frames; of single frames that others follow from the same pose, over these
     count: NDArray[np.int32]  # (h, w) frames with a value
     T_world_camera: Array = field(default_factory=lambda: np.eye(4))  # (4, 4) stated pose
-    times: tuple[float, ...] = ()  # [s] of its frames, where they move; empty where all are as in its middle
     # the same pose and time in frames that take no part in any fit; None where there are too few
     held: "FrameBlock | None" = None
     # (h, w) half the mean square of the change from a frame to the next [m^2]; None where not known
@@ -76,9 +77,7 @@ class FrameBlock:
 
 def blocks_of(stage: KnownScene, channels: Channels) -> list[FrameBlock]:
     """All stretches of a recording, in order. RecordingError when no frame is at the time of a pose."""
-    stretches = stretches_of(stage)
-    blocks = [_block_of(stage, frames, channels) for frames in each(stretches.frames, stage.recording.path.name)]
-    blocks = [_timed(block) for block in blocks] if stretches.moving else blocks
+    blocks = [_block_of(stage, frames, channels) for frames in each(_blocks(stage), stage.recording.path.name)]
     if len(blocks) < LONG or any(block.held for block in blocks):
         return blocks
     blocks = _with_scatter(blocks)
@@ -86,11 +85,6 @@ def blocks_of(stage: KnownScene, channels: Channels) -> list[FrameBlock]:
     pairs = zip(blocks, [*blocks[1:], None], strict=True)
     kept = [replace(block, held=after) if k % HELD_OUT == 1 else block for k, (block, after) in enumerate(pairs)]
     return [block for k, block in enumerate(kept) if k % HELD_OUT != 2]
-
-
-def _timed(block: FrameBlock) -> FrameBlock:
-    times = tuple(block.stage.recording.timestamps[list(block.frames)].tolist())
-    return replace(block, times=times, held=block.held and _timed(block.held))
 
 
 def _with_scatter(blocks: list[FrameBlock]) -> list[FrameBlock]:
@@ -109,14 +103,57 @@ def wanted_channels(baseline: float | None, indirect: bool) -> Channels:
     return Channels(edges=True, lit=baseline, motion=True, indirect=Bounce() if indirect else None)
 
 
+def _blocks(stage: KnownScene) -> list[tuple[int, ...]]:
+    """Frame indices that belong together: close in time and with the same pose."""
+    recording, poses = stage.recording, stage.recording.poses
+    assert poses is not None
+    match = stage.simulated[0] if stage.simulated else None
+    at_frames = poses.at(recording.timestamps)
+    blocks: list[list[int]] = []
+    for i, stamp in enumerate(recording.timestamps):
+        if not at_frames.valid[i] or (match and match.partner[i] < 0):
+            continue
+        last = blocks[-1] if blocks else None
+        if (
+            last
+            and stamp - recording.timestamps[last[0]] < TOGETHER_S
+            and np.allclose(at_frames.poses[i], at_frames.poses[last[0]], atol=1e-9)
+            and (match is None or match.same(last[0], i))
+        ):
+            last.append(i)
+        else:
+            blocks.append([i])
+    size = -(-len(blocks) // MOST_BLOCKS)
+    same = match is None and all(
+        np.allclose(at_frames.poses[b[0]], at_frames.poses[blocks[0][0]], atol=1e-9) for b in blocks
+    )
+    if size > 1 and same:
+        blocks = [[i for block in blocks[k : k + size] for i in block] for k in range(0, len(blocks), size)]
+    if not blocks:
+        raise RecordingError(
+            "no frame is at the time of a pose",
+            recording.path,
+            f"frames {_span(recording.timestamps)}, poses {_span(poses.timestamps[poses.valid])}",
+            "poses at the times of the frames",
+            "check the time stamps in depth.txt and groundtruth.txt",
+        )
+    return [tuple(block) for block in blocks]
+
+
+def _span(stamps: NDArray[np.float64]) -> str:
+    return f"from {stamps.min():.10g} to {stamps.max():.10g} s"
+
+
 def _block_of(stage: KnownScene, frames: tuple[int, ...], channels: Channels) -> FrameBlock:
     recording = stage.recording
     assert recording.poses is not None
     T_world_camera = recording.poses.at(recording.timestamps).poses[frames[0]]
     view, given = _seen(stage, frames, T_world_camera, channels)
+    moment = _moment(recording, frames)
     if stage.table is not None:
         point, direction = stage.table.in_camera(T_world_camera)
-        view = replace(view, moment=replace(view.moment, axis_point=point, axis_direction=direction))
+        moment = replace(moment, axis_point=point, axis_direction=direction)
+    view = replace(view, moment=moment)
     kept = len(frames) - (len(frames) // HELD_OUT if len(frames) > 3 else 0)
     stays = behind([stage.recording[i].depth for i in frames[:: -(-len(frames) // SCENE_FRAMES)]])
     block = replace(_measured(stage, frames[:kept], view, T_world_camera, stays), given=given)
@@ -151,7 +188,6 @@ def _measured(
     stage: KnownScene, frames: tuple[int, ...], view: View, T_world_camera: Array, stays: Image
 ) -> FrameBlock:
     tiles = tiling(np.isfinite(view.depth) & interior(view)) if view.depth is not None and len(frames) > 1 else None
-    view = replace(view, moment=_moment(stage.recording, frames, view.moment))
     series, prints, passed = FrameSeries(view.camera.shape, tiles), set(), 0
     for i in frames:
         depth = stage.recording[i].depth
@@ -181,11 +217,10 @@ def _first_ir(recording: Recording) -> NDArray[np.uint16] | None:
     return recording[0].ir
 
 
-def _moment(recording: Recording, frames: tuple[int, ...], before: Moment) -> Moment:
+def _moment(recording: Recording, frames: tuple[int, ...]) -> Moment:
     logged, some = moments_of(recording), list(frames)
     ambient = float(np.mean(logged.ambient[some]))
-    return replace(
-        before,
+    return Moment(
         # stamps as they are: dates too tell one block from the next
         time=float(np.mean(recording.timestamps[some])),
         temperature=float(np.mean(logged.temperature[some])),

@@ -1,6 +1,6 @@
 """Observations: what recordings show beyond the prediction of scene and sensor: tiles in native units."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -72,8 +72,7 @@ class Patch:
     def change(self, effect: Effect) -> Image:
         """By how much (h, w) an effect changes what is seen behind the rounding, to first order, in native units."""
         with np.errstate(all="ignore"):
-            change = over_frames(lambda view: effect.change(self.depth, view), (effect,), self.block, self.view)
-            return np.asarray(change * self.native * self._passed)
+            return np.asarray(effect.change(self.depth, self.view) * self.native * self._passed)
 
     @cached_property
     def unrounded(self) -> Unrounded | None:
@@ -254,8 +253,7 @@ def predicted(sensor: Sensor, block: FrameBlock) -> Predicted:
     # rounding is the last that happens to a depth
     rounding = next((effect for effect in sensor.effects if effect.lattice), None)
     others = tuple(effect for effect in sensor.effects if effect is not rounding)
-    steady = replace(sensor, effects=others)
-    mean, sigma = over_frames(lambda view: np.asarray(steady.repeated(depth, view)), others, block, block.view)
+    mean, sigma = replace(sensor, effects=others).repeated(depth, block.view)
     if rounding is not None:
         view = sensor.seen(block.view)
         steps = Unrounded.of(sensor, rounding, mean, sigma, block.std, view)
@@ -266,14 +264,6 @@ def predicted(sensor: Sensor, block: FrameBlock) -> Predicted:
         return Predicted(mean, sigma, steps)
     spread = sigma if block.given.spread is None else np.hypot(sigma, block.given.spread)
     return Predicted(mean + block.given.offset, spread, steps)
-
-
-def over_frames(law: Callable[[View], Image], effects: Sequence[Effect], block: FrameBlock, view: View) -> Image:
-    """A law's mean over the frames of a block that move, where any effect changes with time."""
-    if not block.times or not any("time" in effect.variables for effect in effects):
-        return law(view)
-    parts = [law(replace(view, moment=replace(view.moment, time=time))) for time in block.times]
-    return np.asarray(np.mean(parts, axis=0))
 
 
 def views_of(poses: Sequence[Array]) -> list[int]:

@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 
 from fusion.discrepancy.inference.covariance import neighbours
 from fusion.discrepancy.observe.frame_block import FrameBlock
-from fusion.discrepancy.observe.stretches import FLOOR_M
 from fusion.discrepancy.observe.tiles import SIDE_PX
 from fusion.sensor.view import Image
 
 SAME_POSE = 1e-6  # [m], [rad] rounding of text files
+FLOOR_M = 2e-5  # a hundredth of usual noise (guess): where counts never change, rounding does
 ALIKE = 1.5  # chi2 per square up to which recordings differ by the noise of their frames: 1 +- 0.2 where they do
 MEDIAN = 0.4549  # of chi2 with one freedom: a few squares that something moved do not count
 FEWEST = 12  # squares that both must show

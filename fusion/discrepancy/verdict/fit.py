@@ -16,7 +16,7 @@ def fit_of(found: Explanation) -> Fit:
         heldout=found.held.fit(found.before.sensor, found.mean_sensor),
         extrapolation=tuple(extrapolated(found)),
         scatter=LooseSize(value=loose.scatter, unit=unit),
-        drift=LooseSize(value=loose.drifting, unit=unit),
+        drift=LooseSize(value=loose.drift, unit=unit),
         frames_fitted=sum(len(block.frames) for block in found.blocks),
         frames_heldout=sum(len(block.held.frames) for block in found.blocks if block.held),
     )
@@ -27,7 +27,7 @@ def unexplained_of(found: Explanation) -> Unexplained:
     seen = found.compared
     after = seen.after
     white, metres, place = seen.white[1], seen.metres[1], after.place
-    loose = (after.loose.scatter**2 + after.loose.drifting**2) * after.looseness**2 * depth_per_native(seen.before) ** 2
+    loose = (after.loose.scatter**2 + after.loose.drift**2) * after.looseness**2 * depth_per_native(seen.before) ** 2
     left: dict[str, float] = {}
     for number, name in recording_names(seen.before).items():
         own = place == number

@@ -93,7 +93,7 @@ def _by_name(found: Explanation) -> list[list[Step]]:
 def nuisances_of(found: Explanation) -> Nuisances:
     """Sizes that were found beside what was stated: factor on the errors of poses; shape and drift as depth [m]."""
     loose = found.before.loose
-    drift = loose.drifting * float(np.sqrt(np.mean(depth_per_native(found.before) ** 2)))
+    drift = loose.drift * float(np.sqrt(np.mean(depth_per_native(found.before) ** 2)))
     pulled = found.covariance.pulled(found.white)
     scale, off = mesh_off(found.before, pulled)
     return Nuisances(
