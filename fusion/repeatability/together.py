@@ -42,7 +42,7 @@ def lay_together(meshes: list[Mesh]) -> Together:
     poses, status = [np.eye(4)], ["kept"]
     with stage("aligning"):
         for mesh, surface in zip(each(meshes[1:], "aligning"), surfaces[1:], strict=True):
-            found = align_meshes(mesh, meshes[0], surfaces=(surface, surfaces[0]))
+            found = align_meshes(mesh, meshes[0], surfaces=(surface, surfaces[0]), least=True)
             poses.append(found.T_reference_mesh)
             status.append(found.status)
         samples = [sample_surface(mesh, POINTS, seed=k) for k, mesh in enumerate(meshes)]

@@ -47,6 +47,7 @@ def align_meshes(
     scale: bool = False,
     surfaces: tuple[Surface, Surface] | None = None,
     seen: Array | None = None,
+    least: bool = False,
 ) -> Alignment:
     """Lay a mesh or point cloud on a reference, from any relative pose; the same input gives the same result.
 
@@ -56,6 +57,7 @@ def align_meshes(
         surfaces: `surface_of` both, when they are made already.
         seen: (n, 3) points of the reference that the mesh ought to show: they tell a box with an open bottom from the
             same one upside down.
+        least: of poses that fit as well take the one that turns the mesh least, as of scans that were set up alike.
 
     Raises:
         MeshError: a surface without area, or too few points.
@@ -65,7 +67,7 @@ def align_meshes(
     origin = (reference.vertices.min(axis=0) + reference.vertices.max(axis=0)) / 2
     size = float(np.linalg.norm(np.ptp(reference.vertices, axis=0)))
     judge = PoseJudge(mesh, reference, (own, other), size, seen)
-    likely = _likely(judge, scale)
+    likely = _likely(judge, scale, least)
     pose, matches = judge.exact.run(judge.fine, likely.pose, scale, rounds=60)
     if scale and pose.scale != 1 and not tells_scale(matches):  # what moved it was not this shape's
         pose = Similarity(pose.rotation, origin - pose.rotation @ pose.apply_inverse(origin[None])[0])
@@ -94,7 +96,7 @@ class _Likely(NamedTuple):
     alike: list[Similarity]  # that fit as well, itself among them
 
 
-def _likely(judge: PoseJudge, scale: bool) -> _Likely:
+def _likely(judge: PoseJudge, scale: bool, least: bool) -> _Likely:
     """The best pose but for the last steps, and what cannot be told from it."""
     mesh, reference = CoarseSurface.of(judge.coarse), CoarseSurface.of(judge.back)
 
@@ -122,6 +124,8 @@ def _likely(judge: PoseJudge, scale: bool) -> _Likely:
     alike = [one.as_well(best, judge.size) for one in costs]
     # the pose as it stands wins unless another is clearly better: symmetric shapes stay
     chosen = 0 if alike[0] else costs.index(best)
+    if least:
+        chosen = min((k for k, one in enumerate(costs) if one.maybe(best)), key=lambda k: _angle(poses[k]))
     return _Likely(poses[chosen], chosen == 0, [pose for pose, same in zip(poses, alike, strict=True) if same])
 
 
