@@ -37,23 +37,15 @@ class BestViews:
 
     def __init__(self, vertices: int) -> None:
         self._weights = np.zeros((vertices, KEPT), np.float32)
-        self._colors = np.zeros((vertices, KEPT, 4), np.uint8)  # the fourth is none: four bytes are written as one
+        self._colors = np.zeros((vertices, KEPT, 3), np.uint8)
 
     def add(self, index: NDArray[np.int64], weight: NDArray[np.float32], colors: NDArray[np.float32]) -> None:
         """A view of the vertices `index` (k,), each once, with weights (k,) above 0 and colours (k, 3)."""
-        kept = np.ascontiguousarray(self._weights.take(index, axis=0).T)
-        least = np.minimum.reduce(kept)
-        # the first that is least, column by column: numpy's argmin along eight numbers takes twenty times as long
-        slot, before = np.zeros(len(index), np.uint8), np.ones(len(index), bool)
-        for column in kept[:-1]:
-            before &= column != least
-            slot += before
-        better = np.flatnonzero(weight > least)
-        place = (index * KEPT + slot)[better]
-        self._weights.reshape(-1)[place] = weight[better]
-        rgb = np.zeros((len(better), 4), np.uint8)
-        rgb[:, :3] = np.rint(colors.take(better, axis=0))
-        self._colors.view(np.uint32).reshape(-1)[place] = rgb.view(np.uint32)[:, 0]
+        slot = self._weights[index].argmin(axis=1)
+        better = weight > self._weights[index, slot]
+        index, slot = index[better], slot[better]
+        self._weights[index, slot] = weight[better]
+        self._colors[index, slot] = np.rint(colors[better])
 
     def counts(self) -> NDArray[np.int64]:
         """(n,) views that each vertex has its colour from."""
@@ -64,7 +56,7 @@ class BestViews:
         colors = np.empty((len(self._weights), 3), np.float32)
         for start in range(0, len(colors), BLOCK):
             block = slice(start, start + BLOCK)
-            colors[block] = _blended(self._colors[block, :, :3].astype(np.float32), self._weights[block])
+            colors[block] = _blended(self._colors[block].astype(np.float32), self._weights[block])
         return colors
 
 

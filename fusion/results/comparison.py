@@ -87,9 +87,8 @@ def _knowable(beyond: float) -> Light:
 def _scale(comparison: Any) -> Light:
     scale, interval = float(field_of(comparison, "scale")), field_of(comparison, "scale_interval")
     if None in interval or not np.isfinite(interval).all():
-        return Light(
-            "warning", "Scale", "What was scanned does not tell the scale.", "Scan more of the object's sides."
-        )
+        said = "What was scanned does not tell the scale (a plane does not): it was kept."
+        return Light("warning", "Scale", said, "Scan more of the object's sides.")
     said = f"The mesh fits best when multiplied by {scale:.5f} (95 %: {interval[0]:.5f} to {interval[1]:.5f})."
     judged = "ok" if interval[0] <= 1 <= interval[1] else level(abs(scale - 1), SCALE)
     do = "Check the focal length, the unit and the scale of the depth." if judged != "ok" else ""

@@ -105,12 +105,12 @@ def _likely(judge: PoseJudge, scale: bool, least: bool) -> _Likely:
 
     poses = tried([IDENTITY, *guesses(mesh, reference)])
     scores = [judge.score(pose) for pose in poses]
-    first = min(zip(poses, scores, strict=True), key=lambda one: one[1].both + one[1].against)[0]
+    first = poses[int(np.argmin([one.both + one.against for one in scores]))]
     thin = layers(first, judge.exact.run(judge.coarse, first, scale, rounds=1)[1], judge.size)
     poses += tried([*turned_alike(mesh, reference, first), *thin])
     scores = [judge.score(pose) for pose in poses]
-    right, wrong = (np.array([one.both + side for one, side in sides]) for sides in (
-        [(one, one.against) for one in scores], [(one, one.along) for one in scores]))  # fmt: skip
+    right = np.array([one.both + one.against for one in scores])
+    wrong = np.array([one.both + one.along for one in scores])
     judge.inside_out = bool(AS_WELL * wrong.min() < right.min())
     rated = wrong if judge.inside_out else right
     room = (MAYBE - 1) * scores[int(np.argmin(rated))].own + NEAR * judge.size / np.sqrt(len(judge.back.points))

@@ -16,9 +16,7 @@ from fusion.mesh.mesh import Mesh
 _COARSE_POINTS, _FINE_POINTS = 3000, 20_000
 _SEED = 3  # of what is asked: of one shape samples would else stand on each other in one of its poses alone
 SCORED = 1e-4  # of the size: poses of exact shapes that belong together score alike but for this
-_CLOSE = (
-    0.2  # of what is near: so close, more than half of a reference lies on what shows it, and on nothing else (guess)
-)
+_CLOSE = 0.2  # of what is near: more than half of a reference lies so close to what shows it alone (guess)
 # variance over another that is clearly more: F at 95 % of 30 places each, as errors of scans are alike over some of an
 # object (guess)
 CLEARLY = 1.84

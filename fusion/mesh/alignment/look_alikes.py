@@ -7,7 +7,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from fusion.mesh.alignment.coarse import ALIKE, NEAR, CoarseSurface, box_axes, principal_axes, score
-from fusion.mesh.alignment.similarity import Array, Matches, Similarity
+from fusion.mesh.alignment.similarity import Array, Matches, Similarity, held_axes
 
 _STEP = 5.0  # [deg] of turns that are tried: ICP finds the rest
 _TRIED = 600  # samples
@@ -62,6 +62,5 @@ def _best(turns: list[Array], rated: Callable[[Array], float], most: float) -> l
 
 def layers(pose: Similarity, matches: Matches, size: float) -> list[Similarity]:
     """The pose shifted along the way that most of what lies on each other looks: thin things lie on both sides."""
-    normals = matches.normals[matches.weights > 0]
-    along: Array = np.linalg.eigh(normals.T @ normals)[1][:, -1] * size
+    along = held_axes(matches)[-1] * size
     return [Similarity(pose.rotation, pose.shift + off * along, pose.scale) for off in _LAYERS if off]

@@ -34,7 +34,7 @@ def scale_interval(scale: float, scale_back: float, matches: Matches) -> tuple[f
 
 def _jackknife(matches: Matches, parts: tuple[int, int, int]) -> float:
     """Half of the 95 % interval of the scale's logarithm, from leaving out one block of space after the other."""
-    jacobian, residual, _, size = matches.rows()
+    jacobian, residual, _, size = matches.rows
     counted = np.flatnonzero(matches.weights > 0)
     jacobian, residual, weights = jacobian[counted], residual[counted], matches.weights[counted]
     block = _blocks(matches.points[counted], parts)

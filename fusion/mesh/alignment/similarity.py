@@ -1,6 +1,7 @@
 """Rotation, scale and translation between two surfaces, and one weighted point-to-plane step that improves them."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,6 +53,7 @@ class Matches:
     normals: Array
     weights: Array
 
+    @cached_property
     def rows(self) -> tuple[Array, Array, Array, float]:
         """Jacobian (n, 7) of rotation, shift and log-scale, all in lengths; residuals (n,) [m]; the centre; the size.
 
@@ -70,7 +72,7 @@ class Matches:
 
 def step(now: Similarity, matches: Matches, scale: bool) -> tuple[Similarity, float]:
     """One Gauss-Newton step: the better similarity, and how far it moved the shape's edge [m]."""
-    jacobian, residual, centre, size = matches.rows()
+    jacobian, residual, centre, size = matches.rows
     scale = scale and tells_scale(matches)  # of a plane noise alone speaks, and any smaller one has less of it
     jacobian = jacobian if scale else jacobian[:, :6]
     weighted = jacobian * matches.weights[:, None]
@@ -89,7 +91,7 @@ def tells_scale(matches: Matches) -> bool:
 
     Of a plane, a cylinder cut off or a cone it is not: there the scale is free, or a shift makes up for it.
     """
-    jacobian, residual, _, size = matches.rows()
+    jacobian, residual, _, size = matches.rows
     weighted = jacobian * matches.weights[:, None]
     system, right = weighted.T @ jacobian, weighted.T @ residual
     column = np.eye(7)[6]
@@ -102,9 +104,13 @@ def tells_scale(matches: Matches) -> bool:
 
 def free_shifts(matches: Matches) -> list[Array]:
     """Unit vectors (3,), both ways, along which the normals of what lies on each other hold a shift least of all."""
+    return [sign * axis for axis in held_axes(matches)[:2] for sign in (1.0, -1.0)]
+
+
+def held_axes(matches: Matches) -> Array:
+    """(3, 3) rows: axes of the normals of what lies on each other, the one that they hold a shift along least first."""
     normals = matches.normals[matches.weights > 0]
-    axes = np.linalg.eigh(normals.T @ normals)[1].T
-    return [sign * axis for axis in axes[:2] for sign in (1.0, -1.0)]
+    return np.asarray(np.linalg.eigh(normals.T @ normals)[1].T)
 
 
 def solve(system: Array, right: Array) -> Array:

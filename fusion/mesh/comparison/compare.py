@@ -155,8 +155,6 @@ def compare(mesh: Mesh, reference: Mesh, settings: CompareSettings | None = None
         do = "" if settings.unit else " Unless these are metres, name the reference's unit with --unit."
         told = f"No pose was found in which the mesh fits the reference ({sizes}); the distances mean nothing."
         notes.append(told + do)
-    elif alignment.scale_interval is not None and not np.isfinite(alignment.scale_interval[1]):
-        notes.append("What lies on each other does not tell the scale (a plane does not): it was kept as it is.")
     if settings.scale and not settings.align:
         notes.append("The scale was not looked for, as nothing was aligned.")
     pose = alignment.similarity()

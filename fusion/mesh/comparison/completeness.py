@@ -73,10 +73,11 @@ def completeness_of(
             far |= away & _behind(normals, found.normals, away)
         beyond = far & ~unseen
         unseen |= beyond
-        notes += [
-            f"{beyond.mean():.1%} of the reference lies far from the mesh or behind it, which is not closed: counted "
-            f"as never seen and left out of the completeness; completeness_all holds everything."
-        ] * bool(beyond.mean() > _WORTH)
+        if beyond.mean() > _WORTH:
+            notes.append(
+                f"{beyond.mean():.1%} of the reference lies far from the mesh or behind it, which is not closed: "
+                f"counted as never seen and left out of the completeness; completeness_all holds everything."
+            )
     return Completeness(distances, unseen, tuple(notes))
 
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from fusion.mesh.alignment.align import align_meshes
+from fusion.mesh.alignment.coarse import principal_axes
 from fusion.mesh.alignment.fit import SurfaceFit
 from fusion.mesh.alignment.similarity import Array, Similarity
 from fusion.mesh.alignment.units import size
@@ -52,8 +53,8 @@ def mirrored_note(mesh: Mesh, reference: Mesh, surface: Surface, pose: Similarit
 def _reflected(samples: SurfaceSamples, pose: Similarity) -> list[Similarity]:
     """Poses in which the mirror image lies as the mesh, reflected at one of its three principal planes."""
     here = pose.apply(samples.points * _FLIP)  # where the mesh itself lies
-    middle, axes = here.mean(axis=0), np.linalg.eigh(np.cov(here.T))[1].T
-    mirrors: list[Array] = [np.eye(3) - 2 * np.outer(axis, axis) for axis in axes]
+    middle = here.mean(axis=0)
+    mirrors: list[Array] = [np.eye(3) - 2 * np.outer(axis, axis) for axis in principal_axes(here).T]
     return [
         Similarity(mirror @ pose.rotation * _FLIP, mirror @ (pose.shift - middle) + middle, pose.scale)
         for mirror in mirrors
