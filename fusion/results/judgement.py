@@ -65,15 +65,13 @@ class Judgement:
         return out + ([f"{WORDS['ok']:<{WIDTH}} {', '.join(good)}"] if good else [])
 
 
-def fail(judgement: Judgement, where: str) -> None:
-    """Nothing where a result is good or doubtful; for a command that has written what there is, as evidence.
-
-    Raises:
-        FusionError: the result failed, by the line of its worst light.
-    """
+def failure(judgement: Judgement, where: str) -> FusionError | None:
+    """Why a result is not handed out, by the line of its worst light; None where it is good, or only doubtful."""
     worth = judgement.worth
-    if worth.word == "failed":
-        raise FusionError(worth.reasons[0].reason.rstrip("."), where, do=worth.reasons[0].do.rstrip("."))
+    if worth.word != "failed":
+        return None
+    worst = worth.reasons[0]
+    return FusionError(worst.reason.rstrip("."), where, do=f"{worst.do} --keep-failed writes what there is".lstrip())
 
 
 def _joined(light: Light) -> str:

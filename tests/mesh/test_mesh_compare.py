@@ -309,11 +309,13 @@ def test_a_nearly_symmetric_mirror_image_is_told(noise):
     assert any("mirror image" in note for note in wrong.notes) and not any("mirror" in note for note in right.notes)
 
 
-def test_where_no_pose_fits_the_command_fails_and_keeps_what_it_found(tmp_path, capsys):
+def test_where_no_pose_fits_the_command_fails_and_keeps_what_it_found_where_asked(tmp_path, capsys):
     write_mesh(tmp_path / "ring.ply", _moved(_made(trimesh.creation.torus(0.05, 0.02)))[0])
     write_mesh(tmp_path / "plate.ply", _made(trimesh.creation.box((0.2, 0.15, 0.005))))
     given = [str(tmp_path / "ring.ply"), str(tmp_path / "plate.ply"), "-o", str(tmp_path / "out"), "--quiet"]
     assert main(["compare", *given, "--no-report"]) == 1
+    assert "--keep-failed" in capsys.readouterr().err and not (tmp_path / "out").exists()
+    assert main(["compare", *given, "--no-report", "--keep-failed"]) == 1
     assert "fits the reference in no pose" in (told := capsys.readouterr()).err and told.err.count("\n") == 1
     assert json.loads((tmp_path / "out/comparison.json").read_text())["alignment"] == "poor"
     assert "distance.ply" in {path.name for path in (tmp_path / "out").iterdir()}

@@ -203,7 +203,9 @@ def test_of_another_object_nothing_is_measured(monkeypatch, tmp_path, capsys):
     for k in range(3):
         write_mesh(tmp_path / f"{k}.ply", scan(k, moved=False))
     assert main(["compare", *(str(tmp_path / f"{k}.ply") for k in range(3)), "-o", str(tmp_path / "out")]) == 1
-    assert main(["repeat", *(str(tmp_path / f"{k}.ply") for k in range(2)), "-o", str(tmp_path / "apart")]) == 1
+    apart = ["repeat", *(str(tmp_path / f"{k}.ply") for k in range(2)), "-o", str(tmp_path / "apart")]
+    assert main(apart) == 1 and not (tmp_path / "apart").exists()
+    assert main([*apart, "--keep-failed"]) == 1
     assert (tmp_path / "apart/repeat.json").exists()
     assert "the scans have no mean" in (told := capsys.readouterr().err) and "found 1.ply: no pose" in told
 

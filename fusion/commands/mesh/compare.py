@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fusion.commands.options.numbers import number
-from fusion.commands.options.results import add_output, made
+from fusion.commands.options.results import add_keep_failed, add_output, made
 from fusion.errors import FusionError
 from fusion.files.json_values import json_text
 from fusion.progress import stage
@@ -57,6 +57,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         choices=("m", "cm", "mm", "inch"),
         help="of the reference; else it is told from the sizes of both, where these are clear",
     )
+    add_keep_failed(parser, "comparison")
     add("--json", action="store_true", help="print one JSON object")
 
 
@@ -68,7 +69,7 @@ def run(options: argparse.Namespace) -> None:
     from fusion.repeatability.bias import bias_and_spread
     from fusion.report.comparisons.comparison import Circumstances, comparison_report
     from fusion.results.comparison import judge_comparison
-    from fusion.results.judgement import fail
+    from fusion.results.judgement import failure
 
     notes: list[str] = []
     repeated = _repeated(options, notes)
@@ -82,6 +83,10 @@ def run(options: argparse.Namespace) -> None:
         unit=options.unit,
     )
     comparison = compare(mesh, reference, settings)
+    judgement = judge_comparison(comparison)
+    failed = failure(judgement, " ".join(map(str, options.mesh)))
+    if failed is not None and not options.keep_failed:
+        raise failed
     notes += comparison.notes
     about = Circumstances(
         title=f"{_name(options.mesh)} against {options.reference.name}",
@@ -104,15 +109,15 @@ def run(options: argparse.Namespace) -> None:
         if options.report:
             with stage("report"):
                 comparison_report(partial / "report.html", comparison, comparison.mesh, comparison.reference, about)
-    judgement = judge_comparison(comparison)
     if options.json:
         print(json_text(comparison.to_dict() | more | {"judgement": judgement.lights, "output": str(options.output)}))
     else:
-        if not options.quiet:
+        if not options.quiet and failed is None:
             sys.stderr.writelines(f"note: {note}\n" for note in notes)
         said = [] if apart is None else [f"bias, spread  {apart.words()}"]
         print("\n".join([*judgement.lines(), *_lines(comparison), *said, *made(options, "report", width=14)]))
-    fail(judgement, " ".join(map(str, options.mesh)))
+    if failed is not None:
+        raise failed
 
 
 def _name(meshes: list[Path]) -> str:

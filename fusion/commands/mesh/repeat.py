@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fusion.commands.options.numbers import number
-from fusion.commands.options.results import add_output, made
+from fusion.commands.options.results import add_keep_failed, add_output, made
 from fusion.files.json_values import json_text
 from fusion.progress import stage
 from fusion.quantity import DIAMETER, SPACING
@@ -34,6 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--diameter", type=number(DIAMETER), metavar="M", help="of the object's spheres, as calibrated [m]: their error"
     )
     add("--spacing", type=number(SPACING), metavar="M", help="between the centres of two spheres, as calibrated [m]")
+    add_keep_failed(parser, "comparison")
     add("--json", action="store_true", help="print one JSON object")
 
 
@@ -41,7 +42,7 @@ def run(options: argparse.Namespace) -> None:
     """Compare the scans with each other and write the results."""
     from fusion.repeatability.repeat import RepeatSettings, repeat
     from fusion.repeatability.scans import read_scans
-    from fusion.results.judgement import fail
+    from fusion.results.judgement import failure
     from fusion.results.repeat import judge_repeat, repeat_lines
 
     notes: list[str] = []
@@ -50,16 +51,20 @@ def run(options: argparse.Namespace) -> None:
     settings = RepeatSettings(tuple(options.conditions), options.diameter, options.spacing, names)
     found = repeat([scan.mesh for scan in scans], settings)
     judgement = judge_repeat(found)
+    failed = failure(judgement, " ".join(map(str, options.scans)))
+    if failed is not None and not options.keep_failed:
+        raise failed
     content = found.to_dict() | {"judgement": judgement.lights, "notes": notes}
     with options.claim.folder() as partial:
         fill(partial, found, content, page=options.report)
     if options.json:
         print(json_text(content | {"output": str(options.output)}))
     else:
-        if not options.quiet:
+        if not options.quiet and failed is None:
             sys.stderr.writelines(f"note: {note}\n" for note in notes)
         print("\n".join([*judgement.lines(), *repeat_lines(found), *made(options, "report", width=17)]))
-    fail(judgement, " ".join(map(str, options.scans)))
+    if failed is not None:
+        raise failed
 
 
 def fill(folder: Path, found: "Repeat", content: dict[str, object], page: bool = True) -> None:

@@ -25,6 +25,11 @@ def add_output(parser: argparse.ArgumentParser, what: str, report: bool = True, 
     parser.set_defaults(folder=True)
 
 
+def add_keep_failed(parser: argparse.ArgumentParser, what: str) -> None:
+    """`--keep-failed`, for a command that hands out no result of a failed `what`."""
+    parser.add_argument("--keep-failed", action="store_true", help=f"write what a failed {what} found, as evidence")
+
+
 def add_topic(parser: argparse.ArgumentParser) -> None:
     """`--topic`, for a command that opens recordings."""
     parser.add_argument("--topic", metavar="NAME", help="which depth stream of a bag that has several")

@@ -5,7 +5,7 @@ import importlib.util
 from typing import TYPE_CHECKING
 
 from fusion.commands.options.numbers import number, whole_number
-from fusion.commands.options.results import add_output, made
+from fusion.commands.options.results import add_keep_failed, add_output, made
 from fusion.commands.options.shown import shown_sensor
 from fusion.commands.options.turned_table import add_table, before_table, check_table, watches_turn
 from fusion.commands.scan import turntable
@@ -33,7 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--sensor", metavar="S", help="sensor.json or a preset's name: corrects the depth and weighs it")
     add("--camera", metavar="C", help="camera.json, a preset's name or fx,fy,cx,cy, instead of the source's own")
     add("--voxel", type=number(VOXEL), metavar="M", help="edge of a voxel of the result [m]")
-    add("--keep-failed", action="store_true", help="write the result of a scan that failed, as evidence")
+    add_keep_failed(parser, "scan")
     add("--json", action="store_true", help="print one JSON object")
     parser.epilog = f"ends with Ctrl-C or by the page; then as `fusion turntable OUT_recording`\n\n{parser.epilog}"
 

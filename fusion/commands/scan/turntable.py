@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fusion.commands.options.numbers import number
-from fusion.commands.options.results import made
+from fusion.commands.options.results import add_keep_failed, made
 from fusion.commands.options.shown import add_common, shown_box, shown_name, shown_sensor
 from fusion.commands.terminal.screen import took
 from fusion.errors import TrackingError
@@ -49,7 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     camera.add_argument(
         "--keep-camera", action="store_false", dest="refine_camera", help="leave the focal length as it is stated"
     )
-    add("--keep-failed", action="store_true", help="write the result of a scan that failed, as evidence")
+    add_keep_failed(parser, "scan")
     add("--keep-plate", action="store_true", help="leave the turntable's plate in the mesh, cut round about the axis")
     add(
         "--plate-reflectance",
