@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from fusion.mesh.alignment.coarse import ALIKE, NEAR, CoarseSurface, apart, guesses
 from fusion.mesh.alignment.fit import SurfaceFit
-from fusion.mesh.alignment.judge import PoseJudge
+from fusion.mesh.alignment.judge import PoseJudge, PoseScore
 from fusion.mesh.alignment.look_alikes import MAYBE, layers, turned_alike
 from fusion.mesh.alignment.scale_interval import scale_interval
 from fusion.mesh.alignment.similarity import AS_WELL, IDENTITY, Array, Similarity, free_shifts, tells_scale
@@ -73,8 +73,7 @@ def align_meshes(
         pose = Similarity(pose.rotation, origin - pose.rotation @ pose.apply_inverse(origin[None])[0])
         pose, matches = judge.exact.run(judge.fine, pose, False, rounds=60)
     moved = 2 * np.sin(_angle(pose) / 2) * size + np.linalg.norm(pose.apply(origin[None])[0] - origin)
-    found = judge.score(pose)
-    poor = found.both > _POOR * NEAR * size and found.covered < _COVERED
+    poor = _poor(judge.score(pose), size)
     status = "poor" if poor else "kept" if likely.stands and moved < 0.1 * size else "moved"
     interval = None
     if scale:  # the other way round: the reference on the mesh
@@ -105,7 +104,10 @@ def _likely(judge: PoseJudge, scale: bool, least: bool) -> _Likely:
 
     poses = tried([IDENTITY, *guesses(mesh, reference)])
     scores = [judge.score(pose) for pose in poses]
-    first = poses[int(np.argmin([one.both + one.against for one in scores]))]
+    nearest = int(np.argmin([one.both + one.against for one in scores]))
+    first = poses[nearest]
+    if _poor(scores[nearest], judge.size):  # of what does not fit, nothing like it does
+        return _Likely(first, nearest == 0, [first])
     thin = layers(first, judge.exact.run(judge.coarse, first, scale, rounds=1)[1], judge.size)
     poses += tried([*turned_alike(mesh, reference, first), *thin])
     scores = [judge.score(pose) for pose in poses]
@@ -127,6 +129,11 @@ def _likely(judge: PoseJudge, scale: bool, least: bool) -> _Likely:
     if least:
         chosen = min((k for k, one in enumerate(costs) if one.maybe(best)), key=lambda k: _angle(poses[k]))
     return _Likely(poses[chosen], chosen == 0, [pose for pose, same in zip(poses, alike, strict=True) if same])
+
+
+def _poor(found: PoseScore, size: float) -> bool:
+    """Does neither side lie on the other?"""
+    return found.both > _POOR * NEAR * size and found.covered < _COVERED
 
 
 def _one(judge: PoseJudge, pose: Similarity, other: Similarity) -> bool:
