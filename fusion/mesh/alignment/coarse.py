@@ -1,7 +1,8 @@
 """Where two surfaces that stand in any pose to each other may belong: guesses, tried by a few quick ICP steps."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import permutations, product
 from typing import Any
 
@@ -32,7 +33,7 @@ class CoarseSurface:
     normals: Array | None
     tree: cKDTree
 
-    @property
+    @cached_property
     def size(self) -> float:
         """Diagonal of its box [m]."""
         return float(np.linalg.norm(np.ptp(self.points, axis=0)))
@@ -47,16 +48,8 @@ def guesses(mesh: CoarseSurface, reference: CoarseSurface) -> list[Similarity]:
     few = mesh.points[np.linspace(0, len(mesh.points) - 1, min(_TRIAL, len(mesh.points))).astype(int)]
     back = reference.points[np.linspace(0, len(reference.points) - 1, min(_TRIAL, len(reference.points))).astype(int)]
 
-    def rated(guess: Similarity) -> float:
-        there = reference.tree.query(guess.apply(few))[0]
-        again = mesh.tree.query(guess.apply_inverse(back))[0]
-        return score(there, again, NEAR * reference.size)
-
-    def rough(guess: Similarity) -> float:
-        there = reference.tree.query(guess.apply(few[::3]))[0]
-        again = mesh.tree.query(guess.apply_inverse(back[::3]))[0]
-        return score(there, again, _ROUGH * reference.size)
-
+    rated = rating(mesh, reference, few, back, NEAR)
+    rough = rating(mesh, reference, few[::3], back[::3], _ROUGH)
     turns = [*_axes_on_axes(mesh, reference), *Rotation.random(_OF_A_PART, random_state=2).as_matrix()]
     parts = sorted(_of_parts(mesh, reference, turns), key=rough)[:_OF_PARTS]
     tried = [_quick_icp(few, reference, guess, range(4)) for guess in (*_all(mesh, reference), *parts)]
@@ -72,6 +65,19 @@ def guesses(mesh: CoarseSurface, reference: CoarseSurface) -> list[Similarity]:
         if len(kept) == _KEPT:
             break
     return kept
+
+
+def rating(
+    mesh: CoarseSurface, reference: CoarseSurface, few: Array, back: Array, near: float
+) -> Callable[[Similarity], float]:
+    """What rates a pose: the `score` of few points (n, 3) of the mesh and of the reference, `near` in its sizes."""
+
+    def rated(pose: Similarity) -> float:
+        there = reference.tree.query(pose.apply(few))[0]
+        again = mesh.tree.query(pose.apply_inverse(back))[0] * pose.scale
+        return score(there, again, near * reference.size)
+
+    return rated
 
 
 def score(there: Array, again: Array, limit: float) -> float:

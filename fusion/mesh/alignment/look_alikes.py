@@ -6,7 +6,7 @@ from itertools import product
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from fusion.mesh.alignment.coarse import ALIKE, NEAR, CoarseSurface, box_axes, principal_axes, score
+from fusion.mesh.alignment.coarse import ALIKE, NEAR, CoarseSurface, box_axes, principal_axes, rating
 from fusion.mesh.alignment.similarity import Array, Matches, Similarity, held_axes
 
 _STEP = 5.0  # [deg] of turns that are tried: ICP finds the rest
@@ -31,14 +31,13 @@ def turned_alike(mesh: CoarseSurface, reference: CoarseSurface, pose: Similarity
     def turned(turn: Array) -> Similarity:
         return Similarity(turn @ pose.rotation, turn @ (pose.shift - middle) + middle, pose.scale)
 
+    of_pose = rating(mesh, reference, few, back, NEAR)
+
     def rated(turn: Array) -> float:
-        guess = turned(turn)
-        there = reference.tree.query(guess.apply(few))[0]
-        again = mesh.tree.query(guess.apply_inverse(back))[0] * guess.scale
-        return score(there, again, NEAR * reference.size)
+        return of_pose(turned(turn))
 
     own = float(np.minimum(reference.tree.query(pose.apply(few))[0], NEAR * reference.size).mean())
-    most = rated(np.eye(3)) + (MAYBE - 1) * own + NEAR * reference.size / np.sqrt(len(back))
+    most = of_pose(pose) + (MAYBE - 1) * own + NEAR * reference.size / np.sqrt(len(back))
     axes = np.vstack([principal_axes(reference.points).T, box_axes(reference.points).T])
     about = [np.deg2rad(angle) * axis for axis in axes for angle in np.arange(_STEP, 360, _STEP)]
     found = _best(list(Rotation.from_rotvec(about).as_matrix()), rated, most)

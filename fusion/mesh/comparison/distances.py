@@ -14,6 +14,7 @@ from fusion.mesh.vertices import joined
 
 _ON_EDGE = 1e-4  # barycentric: float32 closest points lie this near to the edge or corner they belong to
 _CELLS = 64  # along each axis, in whose order points are looked up
+_FOR_THREADS = 10_000  # look-ups: fewer are found before threads have started
 _NEIGHBOURS = 12  # of a cloud's point, for its plane: few enough to stay local, enough against noise (guess)
 
 
@@ -135,7 +136,7 @@ class CloudSurface:
         """The planes of points, by their numbers (n,)."""
         new = np.unique(index[np.isnan(self._reach[index])])
         count = min(_NEIGHBOURS, len(self._points))
-        apart, beside = self._tree.query(self._points[new], k=count, workers=-1)
+        apart, beside = self._tree.query(self._points[new], k=count, workers=_workers(len(new)))
         self._reach[new] = np.maximum(1.5 * apart[:, min(6, count - 1)], 1e-12)
         if not self.known_normals:
             near = self._points[beside] - self._points[beside].mean(axis=1, keepdims=True)
@@ -145,7 +146,7 @@ class CloudSurface:
 
     def closest(self, points: NDArray[np.float64], normals: NDArray[np.float64] | None = None) -> Closest:
         """Closest points of `points` (n, 3) [m] whose outward `normals` (n, 3) tell the side, if the cloud does not."""
-        _, index = self._tree.query(points, workers=-1)
+        _, index = self._tree.query(points, workers=_workers(len(points)))
         self._fit(index)
         normal, offset = self.normals[index], points - self._points[index]
         if normals is not None and not self.known_normals:
@@ -155,6 +156,11 @@ class CloudSurface:
         length = np.where(beside, np.linalg.norm(offset, axis=1), np.abs(height))
         near = np.where(beside[:, None], self._points[index], points - height[:, None] * normal)
         return Closest(near, normal, np.where(height < 0, -length, length), beside)
+
+
+def _workers(count: int) -> int:
+    """For so many look-ups: of few of them threads take longer to start than to find."""
+    return -1 if count > _FOR_THREADS else 1
 
 
 Surface = MeshSurface | CloudSurface
