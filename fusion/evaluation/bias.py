@@ -8,9 +8,11 @@ from numpy.typing import NDArray
 from fusion.evaluation.still.statistics import Still, centre_of
 from fusion.evaluation.surface import WALL, ExpectedSurface
 from fusion.geometry.camera import Camera
+from fusion.geometry.robust import robust_std
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import View
 
+PROUD = 6.0  # robust standard deviations of the rest: what hangs on a wall, not what a lens bends (guess)
 LEVEL = 1.645  # standard deviations of a 90 % interval
 INDEPENDENT = 16.0  # [px^2] that share their error: lens and filters correlate neighbours (guess)
 
@@ -29,6 +31,8 @@ class Bias:
     spread: float  # standard deviation of one depth in the centre, pixels and frames together [m]
     residual: Image  # (h, w) mean depth less plane or scene [m], NaN beside it
     rms: float  # of the residual [m], its own noise not taken out
+    # how far behind the surface's plane the middle stands [m] where that is far more than the rest is off it, else 0
+    proud: float = 0.0
 
 
 def bias_of(
@@ -54,6 +58,8 @@ def bias_of(
     count = int(known_here.sum())
     middle = float(np.median(rest[known_here])) if count else float("nan")
     shift, truth = _shift(surface)
+    around = robust_std(shape[surface.region & np.isfinite(shape)]) if surface.kind == "plane" else np.inf
+    stands_out = abs(middle - shift_of_mean) > PROUD * around
     spread = float(np.hypot(_rms(still.depth.std[patch]), float(rest[known_here].std()) if count else 0.0))
     own = spread / np.sqrt(max(count / INDEPENDENT, 1.0))
     stated = distance_std if truth == "distance_m" else 0.0
@@ -66,6 +72,7 @@ def bias_of(
         spread=spread,
         residual=shape,
         rms=_rms(shape),
+        proud=middle - shift_of_mean if stands_out else 0.0,
     )
 
 

@@ -1,7 +1,7 @@
 """The sensor bench: still recordings in, statistics, bias, noise, shares, steps and drift out."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from fusion.evaluation.light import ambient_light
 from fusion.evaluation.near_limit import SurfaceSeen, near_limits
 from fusion.evaluation.notes import notes_on
 from fusion.evaluation.quantization import quantization_of
-from fusion.evaluation.still.drift import drift_of
+from fusion.evaluation.still.drift import Drift, drift_of
 from fusion.evaluation.still.shares import brightness_of, joined, shares_over, tiles_of
 from fusion.evaluation.still.statistics import Still, StretchSample, measure_still, sample_of
 from fusion.evaluation.stretch_look import StretchLook
@@ -23,6 +23,7 @@ from fusion.evaluation.surface import ExpectedSurface, expected_depth, surface_o
 from fusion.geometry.camera import Camera
 from fusion.progress import each
 from fusion.quantity import DISTANCE_STD as POSSIBLE_STD
+from fusion.recording.checks.stamps import unit_of_stamps
 from fusion.recording.native.scene_file import stated_scene
 from fusion.recording.recording import Recording
 from fusion.sensor.sensor import Sensor
@@ -105,11 +106,22 @@ def look_at(stretch: Stretch, camera: Camera, settings: EvaluationSettings) -> S
         bias,
         noise,
         _expected(noise, still, settings.sensor, camera),
-        drift_of(still.time, still.centre),
+        _drift(still),
         quantization_of([still.levels], camera.depth_scale),
         float("nan") if stated is None else stated,
         tiles,
         *map(float, shares),
+    )
+
+
+def _drift(still: Still) -> Drift:
+    """Of the centre, where the time stamps are seconds."""
+    steps = np.diff(still.time)
+    wrong = unit_of_stamps(steps[steps > 0])
+    if not wrong:
+        return drift_of(still.time, still.centre)
+    return replace(
+        drift_of(np.zeros(0), np.zeros(0)), text=f"Nothing is told of warming up: {wrong[0].seen}; {wrong[0].do}."
     )
 
 

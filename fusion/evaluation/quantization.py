@@ -52,6 +52,28 @@ def quantization_of(views: Sequence[NDArray[np.int64]], depth_scale: float) -> Q
     return _law(middle, step, 1.0 / depth_scale)
 
 
+def coarseness(counts: NDArray[np.int64]) -> float:
+    """The usual gap between neighbouring depths that occur [count], each weighed by its values; 0 below two of them."""
+    levels = np.flatnonzero(counts[:65535])
+    levels = levels[levels > 0]
+    if not len(levels):
+        return 0.0
+    weight = counts[levels]
+    levels = levels[weight >= RARE * _weighed_median(weight, weight)]  # rarer ones are mixtures
+    if len(levels) < 2:
+        return 0.0
+    gaps = np.diff(levels)
+    # what lies between two surfaces is no gap of either
+    nearer = np.minimum(np.append(gaps, gaps[-1]), np.insert(gaps, 0, gaps[0]))
+    return _weighed_median(nearer, counts[levels])
+
+
+def _weighed_median(values: NDArray[np.int64], weight: NDArray[np.int64]) -> float:
+    order = np.argsort(values, kind="stable")
+    up_to = np.cumsum(weight[order])
+    return float(values[order][np.searchsorted(up_to, up_to[-1] / 2)])
+
+
 def _steps(counts: NDArray[np.int64]) -> Iterator[tuple[float, float]]:
     """Middle and step [count] of every window of neighbouring levels."""
     levels = np.flatnonzero(counts)

@@ -7,11 +7,13 @@ import numpy as np
 from fusion.calibration.noise.target_noise import TargetNoise
 from fusion.calibration.stretches import Stretch
 from fusion.evaluation.bias import Bias
-from fusion.evaluation.quantization import Quantization
+from fusion.evaluation.quantization import Quantization, coarseness
 from fusion.evaluation.still.drift import Drift
 from fusion.evaluation.still.shares import StretchTiles
 from fusion.evaluation.still.statistics import Still
 from fusion.evaluation.surface import ExpectedSurface
+
+COARSE = 0.3  # of the gap between depths: above, the noise after rounding is nearly the same at all places (guess)
 
 
 @dataclass(frozen=True)
@@ -37,6 +39,17 @@ class StretchLook:
     def name(self) -> str:
         """Of the recording, with the frames where it has several stretches."""
         return self.stretch.name
+
+    @property
+    def gap(self) -> float:
+        """Usual gap between depths that occur [m]; 0 where it cannot be told."""
+        return coarseness(self.still.levels) / self.stretch.recording.camera.depth_scale
+
+    @property
+    def coarse(self) -> bool:
+        """Whether depths lie so far apart that a pixel's noise is that of its place between two of them."""
+        own = np.nan if self.noise is None else self.noise.axial
+        return bool(own < COARSE * self.gap)
 
     @property
     def common(self) -> float:

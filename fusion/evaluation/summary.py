@@ -84,7 +84,13 @@ def _noise(found: Evaluation) -> str:
 
 
 def _axial(look: StretchLook) -> float:
-    """Noise [m] at the surface's distance, as the target tells it; without one, of a pixel as it is typical."""
+    """Noise [m] at the surface's distance, as the target tells it; without one, of a pixel as it is typical.
+
+    Where depths lie far apart, it is that of all the surface's pixels, at whatever place between two depths they are.
+    """
+    if look.coarse:
+        seen = look.still.depth.std[look.surface.region]
+        return float(np.sqrt(np.nanmean(seen**2)))
     axial = np.nan if look.noise is None else look.noise.axial
     return axial if np.isfinite(axial) else _typical(look)
 

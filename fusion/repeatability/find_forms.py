@@ -17,6 +17,9 @@ Array = NDArray[np.float64]
 CANDIDATES = 300  # of each kind in each round
 ALIKE = np.cos(np.deg2rad(20))  # between the normals of form and surface (guess)
 PLANE_SHARE, SPHERE_SHARE = 0.03, 0.01  # least share of the surface (guess)
+# least mean square of the normals along any axis: a third on a whole ball, a fifth on a cap that is a quarter of it,
+# next to nothing on the ring that a ball shares with the rod around it (guess)
+ALL_ROUND = 0.1
 COVERED = 0.25  # least share of a sphere's own surface: less tells its radius badly (guess)
 MOST = 12  # forms of each kind
 LARGEST = 0.5  # radius of a sphere over the object's size: larger ones are bent planes
@@ -72,7 +75,7 @@ def _best(
             if len(members) < 30:
                 break
             form = refit(form, points[members])
-        if len(members) < 30 or (isinstance(form, Sphere) and not _full(form, len(members), spacing, size)):
+        if len(members) < 30 or (isinstance(form, Sphere) and not _full(form, points[members], spacing, size)):
             continue
         return FoundForm(form, members)
     return None
@@ -104,10 +107,14 @@ def _on(form: Form, points: Array, normals: Array, width: float) -> NDArray[np.b
     return np.asarray(near & (np.einsum("ij,ij->i", form.facing(points), normals) > ALIKE))
 
 
-def _full(sphere: Sphere, count: int, spacing: float, size: float) -> bool:
-    """Whether enough of a sphere is there; points at random lie twice their spacing's square apart in area, nearly."""
-    area = count * 4 * spacing**2  # of points at random, half the mean distance to the nearest is 1 / (4 sqrt(density))
-    return bool(sphere.radius < LARGEST * size and area > COVERED * 4 * np.pi * sphere.radius**2)
+def _full(sphere: Sphere, points: Array, spacing: float, size: float) -> bool:
+    """Whether enough of a sphere is there, in all directions: a ring of it may as well be a rod."""
+    # of points at random, half the mean distance to the nearest is 1 / (4 sqrt(density))
+    area = len(points) * 4 * spacing**2
+    facing = sphere.facing(points)
+    around = float(np.linalg.eigvalsh(facing.T @ facing / len(points))[0])
+    covered = area > COVERED * 4 * np.pi * sphere.radius**2
+    return bool(sphere.radius < LARGEST * size and covered and around > ALL_ROUND)
 
 
 def _one_piece(points: Array, members: NDArray[np.intp], spacing: float) -> NDArray[np.intp]:

@@ -118,6 +118,18 @@ def test_forms_fit_what_they_are_laid_through():
     assert form_error(plane, flat) == pytest.approx(1e-3, rel=0.05)
 
 
+def test_a_rod_is_no_ball():
+    """A ring of it fits a ball of its own radius within the noise: a ball bar's rod was measured as a third sphere."""
+    rod = trimesh.creation.cylinder(0.006, 0.1, sections=96)
+    balls = [trimesh.creation.icosphere(4, 0.019).apply_translation([0, 0, z]) for z in (-0.065, 0.065)]
+    bar = trimesh.util.concatenate([rod, *balls])
+    points, face = trimesh.sample.sample_surface(bar, 12000, seed=0)
+    rng = np.random.default_rng(0)
+    found = find_forms(points + 1e-4 * rng.standard_normal(points.shape), bar.face_normals[face], 4e-4)
+    radii = [one.form.radius for one in found if isinstance(one.form, Sphere)]
+    assert radii == pytest.approx([0.019, 0.019], rel=0.01)
+
+
 def test_a_box_has_six_planes_and_no_ball():
     box = trimesh.creation.box((0.1, 0.12, 0.15))
     points, face = trimesh.sample.sample_surface(box, 8000, seed=0)

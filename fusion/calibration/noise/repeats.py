@@ -6,6 +6,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.calibration.noise.memory import memory_of
 from fusion.geometry.robust import MAD_TO_STD
 from fusion.sensor.effects.readout.depth_quantization import rounded
 
@@ -21,7 +22,7 @@ OCCUPIED = 8  # mean number of values per level below which levels may be missin
 class Repeats:
     """Values (frames, pixels) of some pixels, summed up."""
 
-    sigma: float  # standard deviation of one value [m], NaN without values
+    sigma: float  # standard deviation of one value [m], what frames share included; NaN without values
     sigma_std: float  # how well it is known [m]
     # values less their pixel's mean, over their pixel's standard deviation; outliers are in it
     scores: NDArray[np.float32]
@@ -60,7 +61,10 @@ def repeats_of(values: Image, tilts: Image | None = None) -> Repeats:
     per_pixel = np.nanmean(squares, axis=0)
     groups = np.array_split(np.argsort(tilts, kind="stable"), min(GROUPS, -(-len(tilts) // GROUPS)))
     sigma = float(np.average([np.sqrt(per_pixel[g].mean()) for g in groups], weights=[len(g) for g in groups]))
-    return Repeats(sigma, error, _scores(values), step)
+    memory = memory_of(kept)
+    more = float(np.sqrt(memory.gain))
+    error = float(np.hypot(more * error, sigma * memory.gain_std / (2 * more)))
+    return Repeats(more * sigma, error, _scores(values), step)
 
 
 def batch_error(squares: Image) -> float:
