@@ -24,7 +24,7 @@ class Memory(NamedTuple):
     """What the scatter over time misses."""
 
     gain: float = 1.0  # variance of one value over the scatter of the frames (with n - 1); 1 where nothing is shared
-    gain_std: float = 0.0
+    error: float = 0.0  # standard deviation of that variance of one value, as a share of it; 0 without a memory
 
 
 def memory_of(values: Array) -> Memory:
@@ -34,15 +34,19 @@ def memory_of(values: Array) -> Memory:
     known = np.isfinite(values)
     shared = np.where(known, values, 0).sum(axis=1) / np.maximum(known.sum(axis=1), 1)
     own = values - shared[:, None]
-    gains = np.array([_gain(part) for part in np.array_split(own, PARTS, axis=1)])
-    if not np.isfinite(gains).all():
+    parts = np.array([_variances(part) for part in np.array_split(own, PARTS, axis=1)])
+    whole, scatter, next_one = parts.T
+    if not (scatter > 0).all():
         return Memory()
-    std = float(gains.std(ddof=1) / np.sqrt(PARTS))
-    found = Memory(float(gains.mean()), std)
-    return found if found.gain > 1 + SURE * std else Memory()
+    alike = 1 - next_one / scatter  # 0 of frames that share nothing, however long the recording
+    if alike.mean() <= SURE * alike.std(ddof=1) / np.sqrt(PARTS):
+        return Memory()
+    gain = float(whole.mean() / scatter.mean())
+    return Memory(max(gain, 1.0), float(whole.std(ddof=1) / whole.mean() / np.sqrt(PARTS)))
 
 
-def _gain(own: Array) -> float:
+def _variances(own: Array) -> tuple[float, float, float]:
+    """Of one value, as differences tell it; of the frames about their mean (with n - 1); half of that of steps."""
     n = len(own)
     lags = np.unique(np.rint(np.geomspace(1, n - 1, LAGS)).astype(int))
     apart, pairs = np.empty(len(lags)), np.empty(len(lags))
@@ -54,11 +58,9 @@ def _gain(own: Array) -> float:
     weight = np.sqrt(pairs)
     several = np.isfinite(own).sum(axis=0) > 1
     scatter = float(np.mean(np.nanvar(own[:, several], axis=0, ddof=1))) if several.any() else 0.0
-    if scatter <= 0:
-        return 1.0
     fits = []
     for tau in np.geomspace(0.3, n, TIMES):
         columns = np.column_stack([np.ones(len(lags)), 1 - np.exp(-lags / tau)])
         size, rest = nnls(columns * weight[:, None], apart * weight)
         fits.append((rest, float(size.sum())))
-    return min(fits)[1] / scatter
+    return min(fits)[1], scatter, float(apart[0])

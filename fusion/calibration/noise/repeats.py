@@ -62,9 +62,9 @@ def repeats_of(values: Image, tilts: Image | None = None) -> Repeats:
     groups = np.array_split(np.argsort(tilts, kind="stable"), min(GROUPS, -(-len(tilts) // GROUPS)))
     sigma = float(np.average([np.sqrt(per_pixel[g].mean()) for g in groups], weights=[len(g) for g in groups]))
     memory = memory_of(kept)
-    more = float(np.sqrt(memory.gain))
-    error = float(np.hypot(more * error, sigma * memory.gain_std / (2 * more)))
-    return Repeats(more * sigma, error, _scores(values), step)
+    sigma *= float(np.sqrt(memory.gain))
+    error = max(float(np.sqrt(memory.gain)) * error, sigma * memory.error / 2)
+    return Repeats(sigma, error, _scores(values), step)
 
 
 def batch_error(squares: Image) -> float:
