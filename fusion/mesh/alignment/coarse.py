@@ -1,6 +1,6 @@
 """Where two surfaces that stand in any pose to each other may belong: guesses, tried by a few quick ICP steps."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import permutations, product
@@ -51,13 +51,12 @@ def guesses(mesh: CoarseSurface, reference: CoarseSurface) -> list[Similarity]:
     rated = rating(mesh, reference, few, back, NEAR)
     rough = rating(mesh, reference, few[::3], back[::3], _ROUGH)
     turns = [*_axes_on_axes(mesh, reference), *Rotation.random(_OF_A_PART, random_state=2).as_matrix()]
-    parts = sorted(_of_parts(mesh, reference, turns), key=rough)[:_OF_PARTS]
+    parts = _sorted(_of_parts(mesh, reference, turns), rough)[:_OF_PARTS]
     tried = [_quick_icp(few, reference, guess, range(4)) for guess in (*_all(mesh, reference), *parts)]
-    tried = sorted(tried, key=rated)[: len(tried) // 3]
-    tried = sorted((_quick_icp(few, reference, guess, range(4, 10)) for guess in tried), key=rated)
-    alike = sorted(_of_parts(mesh, reference, _turned(tried[0].rotation, reference)), key=rough)[:_ALSO]
-    tried += [_quick_icp(few, reference, guess, range(2, 10)) for guess in alike]
-    tried = sorted(tried, key=rated)
+    tried = _sorted(tried, rated)[: len(tried) // 3]
+    tried = _sorted([_quick_icp(few, reference, guess, range(4, 10)) for guess in tried], rated)
+    alike = _sorted(_of_parts(mesh, reference, _turned(tried[0].rotation, reference)), rough)[:_ALSO]
+    tried = _sorted([*tried, *(_quick_icp(few, reference, guess, range(2, 10)) for guess in alike)], rated)
     kept: list[Similarity] = []
     for guess in tried:
         if all(apart(guess, other) > ALIKE for other in kept):
@@ -69,15 +68,29 @@ def guesses(mesh: CoarseSurface, reference: CoarseSurface) -> list[Similarity]:
 
 def rating(
     mesh: CoarseSurface, reference: CoarseSurface, few: Array, back: Array, near: float
-) -> Callable[[Similarity], float]:
-    """What rates a pose: the `score` of few points (n, 3) of the mesh and of the reference, `near` in its sizes."""
+) -> Callable[[Sequence[Similarity]], Array]:
+    """What rates poses (k,): the `score` of few points (n, 3) of the mesh and of the reference, `near` in its sizes.
 
-    def rated(pose: Similarity) -> float:
-        there = reference.tree.query(pose.apply(few))[0]
-        again = mesh.tree.query(pose.apply_inverse(back))[0] * pose.scale
-        return score(there, again, near * reference.size)
+    All at once, and what is far is not looked for: most of the time of a coarse search went into single look-ups.
+    """
+    limit = near * reference.size
+
+    def far(tree: cKDTree, places: list[Array], scales: Array) -> Array:
+        found = tree.query(np.concatenate(places), distance_upper_bound=limit / scales.min())[0]
+        return np.asarray(np.minimum(found.reshape(len(places), -1) * scales[:, None], limit).mean(axis=1))
+
+    def rated(poses: Sequence[Similarity]) -> Array:
+        there = far(reference.tree, [pose.apply(few) for pose in poses], np.ones(len(poses)))
+        scales = np.array([pose.scale for pose in poses])
+        return there + far(mesh.tree, [pose.apply_inverse(back) for pose in poses], scales)
 
     return rated
+
+
+def _sorted(poses: Iterable[Similarity], rated: Callable[[Sequence[Similarity]], Array]) -> list[Similarity]:
+    """The best first."""
+    poses = list(poses)
+    return [poses[k] for k in np.argsort(rated(poses), kind="stable")]
 
 
 def score(there: Array, again: Array, limit: float) -> float:

@@ -31,13 +31,13 @@ def turned_alike(mesh: CoarseSurface, reference: CoarseSurface, pose: Similarity
     def turned(turn: Array) -> Similarity:
         return Similarity(turn @ pose.rotation, turn @ (pose.shift - middle) + middle, pose.scale)
 
-    of_pose = rating(mesh, reference, few, back, NEAR)
+    of_poses = rating(mesh, reference, few, back, NEAR)
 
-    def rated(turn: Array) -> float:
-        return of_pose(turned(turn))
+    def rated(turns: list[Array]) -> Array:
+        return of_poses([turned(turn) for turn in turns])
 
     own = float(np.minimum(reference.tree.query(pose.apply(few))[0], NEAR * reference.size).mean())
-    most = of_pose(pose) + (MAYBE - 1) * own + NEAR * reference.size / np.sqrt(len(back))
+    most = float(of_poses([pose])[0]) + (MAYBE - 1) * own + NEAR * reference.size / np.sqrt(len(back))
     axes = np.vstack([principal_axes(reference.points).T, box_axes(reference.points).T])
     about = [np.deg2rad(angle) * axis for axis in axes for angle in np.arange(_STEP, 360, _STEP)]
     found = _best(list(Rotation.from_rotvec(about).as_matrix()), rated, most)
@@ -46,9 +46,9 @@ def turned_alike(mesh: CoarseSurface, reference: CoarseSurface, pose: Similarity
     return [turned(turn) for turn in _best([*found, *both], rated, most)]
 
 
-def _best(turns: list[Array], rated: Callable[[Array], float], most: float) -> list[Array]:
+def _best(turns: list[Array], rated: Callable[[list[Array]], Array], most: float) -> list[Array]:
     """The best of rotations that are rated no worse than `most`, none near another or near none at all."""
-    ratings = [rated(turn) for turn in turns]
+    ratings = rated(turns) if turns else np.zeros(0)
     kept: list[Array] = [np.eye(3)]
     for k in np.argsort(ratings, kind="stable"):
         if ratings[k] > most or len(kept) > _KEPT:
