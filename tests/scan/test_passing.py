@@ -62,3 +62,19 @@ def test_frames_without_a_place_stay_as_they_are():
     some = [*frames[:3], None]
     assert all(a is b for a, b in zip(without_passing(some, EVERYWHERE, nowhere[:4]), some, strict=True))
     assert without_passing([], EVERYWHERE, nowhere[:0]) == []
+
+
+def test_what_shows_as_a_line_beside_the_object_is_left_out():
+    block = box((-0.05, -0.05, 0.02), (0.05, 0.05, 0.2), (200, 200, 200))
+    low, high = (0.03, -0.058, 0.06), (0.05, -0.05, 0.14)  # two or three pixels beyond its side
+    frames, poses = frames_of((0,), block, (low, high))
+    frames = [alone(frame) for frame in frames]
+    clean = without_passing(frames, EVERYWHERE, poses)
+    points = pose.transform(poses[0], frames[0].surface.points.astype(float))
+    line = (points[..., 1] < -0.052) & (np.abs(points[..., 2] - 0.1) < 0.03) & np.isfinite(frames[0].depth)
+    line &= frames[0].weight > 0.1 * np.nanmax(frames[0].weight)  # else the volume takes next to nothing of it
+    assert line.sum() > 20
+    assert np.isfinite(clean[0].depth[line]).mean() < 0.2
+    own = (np.abs(points[..., 1]) < 0.05) & np.isfinite(frames[0].depth)
+    assert np.isfinite(clean[0].depth[own]).mean() > 0.97
+    assert sum(np.isfinite(a.depth).sum() - np.isfinite(b.depth).sum() for a, b in zip(frames[1:], clean[1:], strict=True)) < 20

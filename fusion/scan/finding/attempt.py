@@ -14,7 +14,7 @@ from fusion.scan.finding.passing import without_passing
 from fusion.scan.finding.region import find_region
 from fusion.turntable.axis import about_axis
 from fusion.turntable.motion import Motion
-from fusion.turntable.views import Region
+from fusion.turntable.views import Region, usable
 from fusion.volume.prepared import Prepared
 
 FEW = 0.05  # of the frames: fewer that something passes before do not pull a motion that all agree on (guess)
@@ -65,10 +65,18 @@ def attempt(asked: Asked, look_below: bool = True) -> Attempt:
     if told is not None:
         return first
     alone = first.of_object(first.fit.motion)
-    if np.mean([a is not b for a, b in zip(*alone, strict=True)]) <= FEW:
+    cut = region.cut(region.window(recording.camera))
+    if np.mean([_pulls(a, b, cut) for a, b in zip(*alone, strict=True)]) <= FEW:
         return first
     fit = fit_pairs(alone[1], asked, region, None, first.fit.motion)  # what passes pulls the views along
     return replace(first, frames=alone[1], fit=fit)
+
+
+def _pulls(alone: Prepared | None, without: Prepared | None, region: Region) -> bool:
+    """Whether what passes before the object took part in the motion; of rims nothing does."""
+    if alone is None or without is None or without is alone:
+        return False
+    return bool((usable(alone.surface, region) & np.isfinite(alone.depth) & ~np.isfinite(without.depth)).any())
 
 
 def seen_by(camera: Camera, before: Attempt) -> Attempt:
