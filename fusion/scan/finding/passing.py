@@ -23,13 +23,13 @@ from fusion.recording.ahead import ahead
 from fusion.scan.cleaning.facing import facing
 from fusion.scan.cleaning.seen import ASKED
 from fusion.turntable.pairs.edges import NOISES
-from fusion.turntable.views import Region, before_wall
+from fusion.turntable.views import Region, before_wall, usable
 from fusion.volume.prepared import Prepared
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 SOME = 1500  # pixels of a frame that are asked: what passes is wider than what lies between them
 BESIDE = np.ones((3, 3), np.uint8)
-AROUND = np.ones((5, 5), np.uint8)  # pixels that are asked beside those that pass: rims of it, which lie nearer (guess)
 
 
 @dataclass(frozen=True)
@@ -41,6 +41,7 @@ class _Asked:
     # points, normals: (m, 3) in the object's frame [m]; back along the line of sight where a pixel has no normal
     points: Array
     normals: Array
+    inner: Mask  # (m,) no rim, of which views differ by more
     beside: float  # half a pixel's width [m]: how far beside a point the pixel lies that says something of it
 
 
@@ -69,8 +70,8 @@ class _Told:
 class _Passing:
     """Pixels (m,) that more frames look through than show, their own included."""
 
-    some: NDArray[np.bool_]
-    surely: NDArray[np.bool_]  # those that as many look through all around: no rim of the object
+    some: Mask
+    surely: Mask  # those that as many look through all around: no rim of the object
 
 
 def without_passing(frames: Sequence[Prepared | None], region: Region, poses: Array) -> list[Prepared | None]:
@@ -93,10 +94,10 @@ def without_passing(frames: Sequence[Prepared | None], region: Region, poses: Ar
         # rims and what stands still too: the motion takes nothing of them, the volume does
         taken = before_wall(frame.surface, region) & np.isfinite(frame.depth)
         step = max(1, round(np.sqrt(taken.sum() / SOME)))
-        asked = _asked(frame, taken, poses[k], step)
+        asked = _asked(frame, taken, usable(frame.surface, region), poses[k], step)
         some = np.flatnonzero(others != k)
         told = _told(asked, frame.surface.camera, _Others(poses[others[some]], depths, nearest, some))
-        passing = _passing(told, asked.beside)
+        passing = _passing(told, asked)
         image = _image(asked, passing, frame.depth.shape, step)
         return frame.masked(~image) if (image & taken).any() else frame
 
@@ -105,7 +106,7 @@ def without_passing(frames: Sequence[Prepared | None], region: Region, poses: Ar
     return found
 
 
-def _asked(frame: Prepared, taken: NDArray[np.bool_], T: Array, step: int) -> _Asked:
+def _asked(frame: Prepared, taken: Mask, inner: Mask, T: Array, step: int) -> _Asked:
     grid = np.zeros_like(taken)
     grid[step // 2 :: step, step // 2 :: step] = True
     v, u = np.nonzero(taken & grid)
@@ -116,7 +117,7 @@ def _asked(frame: Prepared, taken: NDArray[np.bool_], T: Array, step: int) -> _A
     bare = ~np.isfinite(normals[:, 0])
     normals[bare] = -seen[bare] / np.linalg.norm(seen[bare], axis=1, keepdims=True)
     normals = normals @ T[:3, :3].T
-    return _Asked((v // step, u // step), shape, pose.transform(T, seen), normals, beside)
+    return _Asked((v // step, u // step), shape, pose.transform(T, seen), normals, inner[v, u], beside)
 
 
 def _nearest(depth: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -126,9 +127,9 @@ def _nearest(depth: NDArray[np.float32]) -> NDArray[np.float32]:
     return np.asarray(np.where(known, least, np.float32(np.nan)))
 
 
-def _passing(told: _Told, beside: float) -> _Passing:
-    known = np.abs(told.beyond[np.isfinite(told.beyond)])
-    near = max(NOISES * MAD_TO_STD * float(np.median(known)), beside) if len(known) else beside
+def _passing(told: _Told, asked: _Asked) -> _Passing:
+    known = np.abs(told.beyond[np.isfinite(told.beyond) & asked.inner])
+    near = max(NOISES * MAD_TO_STD * float(np.median(known)), asked.beside) if len(known) else asked.beside
     with np.errstate(invalid="ignore"):
         shown = (np.abs(told.beyond) <= near).sum(axis=0) + 1
         through, surely = ((beyond > near).sum(axis=0) > shown for beyond in (told.beyond, told.nearest))
@@ -161,17 +162,17 @@ def _medians(columns: NDArray[np.float32]) -> NDArray[np.float32]:
     return (ordered[(known - 1) // 2, every] + ordered[known // 2, every]) / np.float32(2)
 
 
-def _image(asked: _Asked, passing: _Passing, shape: tuple[int, ...], step: int) -> NDArray[np.bool_]:
-    """(h, w) bool: the pixels that were asked and pass, and around those of a patch; lines alone may be rims.
+def _image(asked: _Asked, passing: _Passing, shape: tuple[int, ...], step: int) -> Mask:
+    """(h, w) bool: the pixels that were asked and pass, and what lies between them; lines alone may be rims.
 
-    What hangs together with a patch or surely passes belongs to it, however narrow it is and across pixels that show
-    nothing.
+    What hangs together with a patch, or with what surely passes, belongs to it, however narrow it is and across pixels
+    that show nothing.
     """
     grid, sure = np.zeros((2, *asked.shape), np.uint8)
     rows, columns = asked.at
     grid[rows, columns], sure[rows, columns] = passing.some, passing.surely
-    patches = cv2.morphologyEx(grid, cv2.MORPH_OPEN, BESIDE)
+    sure |= cv2.morphologyEx(grid, cv2.MORPH_OPEN, BESIDE)
     labels = cv2.connectedComponents(cv2.dilate(grid, BESIDE))[1]
-    patch, part = ((grid > 0) & np.isin(labels, np.unique(labels[of > 0])) for of in (patches, patches | sure))
-    wide = part.astype(np.uint8) | cv2.dilate(patch.astype(np.uint8), AROUND)
+    whole = (grid > 0) & np.isin(labels, np.unique(labels[sure > 0]))
+    wide = cv2.dilate(whole.astype(np.uint8), BESIDE)
     return np.asarray(wide.repeat(step, axis=0).repeat(step, axis=1)[: shape[0], : shape[1]] > 0)
