@@ -74,7 +74,15 @@ class _Passing:
     surely: Mask  # those that as many look through all around: no rim of the object
 
 
-def without_passing(frames: Sequence[Prepared | None], region: Region, poses: Array) -> list[Prepared | None]:
+@dataclass(frozen=True)
+class Clear:
+    """Frames without what passes before the object."""
+
+    frames: list[Prepared | None]
+    pulled: float  # share of them that lost pixels of which the motion is found
+
+
+def without_passing(frames: Sequence[Prepared | None], region: Region, poses: Array) -> Clear:
     """The frames without the pixels that more of the other frames look through than show.
 
     Args:
@@ -88,22 +96,25 @@ def without_passing(frames: Sequence[Prepared | None], region: Region, poses: Ar
     images = [f.surface.points[..., 2] for m in others if (f := frames[m]) is not None]
     depths, nearest = (np.array([of(image).ravel() for image in images]) for of in (np.asarray, _nearest))
 
-    def without(k: int) -> Prepared:
+    def without(k: int) -> tuple[Prepared, bool]:
         frame = frames[k]
         assert frame is not None
         # rims and what stands still too: the motion takes nothing of them, the volume does
         taken = before_wall(frame.surface, region) & np.isfinite(frame.depth)
         step = max(1, round(np.sqrt(taken.sum() / SOME)))
-        asked = _asked(frame, taken, usable(frame.surface, region), poses[k], step)
+        inner = usable(frame.surface, region)
+        asked = _asked(frame, taken, inner, poses[k], step)
         some = np.flatnonzero(others != k)
         told = _told(asked, frame.surface.camera, _Others(poses[others[some]], depths, nearest, some))
         passing = _passing(told, asked)
         image = _image(asked, passing, frame.depth.shape, step)
-        return frame.masked(~image) if (image & taken).any() else frame
+        return frame.masked(~image) if (image & taken).any() else frame, bool((image & taken & inner).any())
 
+    pulled = 0
     for k, cut in zip(placed, each(ahead(without, placed.tolist()), "passing", len(placed)), strict=True):
-        found[k] = cut()
-    return found
+        found[k], pulls = cut()
+        pulled += pulls
+    return Clear(found, pulled / max(len(frames), 1))
 
 
 def _asked(frame: Prepared, taken: Mask, inner: Mask, T: Array, step: int) -> _Asked:
@@ -171,7 +182,7 @@ def _image(asked: _Asked, passing: _Passing, shape: tuple[int, ...], step: int) 
     grid, sure = np.zeros((2, *asked.shape), np.uint8)
     rows, columns = asked.at
     grid[rows, columns], sure[rows, columns] = passing.some, passing.surely
-    sure |= cv2.morphologyEx(grid, cv2.MORPH_OPEN, BESIDE)
+    sure = np.maximum(sure, cv2.morphologyEx(grid, cv2.MORPH_OPEN, BESIDE))
     labels = cv2.connectedComponents(cv2.dilate(grid, BESIDE))[1]
     whole = (grid > 0) & np.isin(labels, np.unique(labels[sure > 0]))
     wide = cv2.dilate(whole.astype(np.uint8), BESIDE)
