@@ -79,7 +79,7 @@ class Clear:
     """Frames without what passes before the object."""
 
     frames: list[Prepared | None]
-    pulled: float  # share of them that lost pixels of which the motion is found
+    pulled: float  # share of them that lost patches of which the motion is found; narrow rests pull little
 
 
 def without_passing(frames: Sequence[Prepared | None], region: Region, poses: Array) -> Clear:
@@ -108,7 +108,8 @@ def without_passing(frames: Sequence[Prepared | None], region: Region, poses: Ar
         told = _told(asked, frame.surface.camera, _Others(poses[others[some]], depths, nearest, some))
         passing = _passing(told, asked)
         image = _image(asked, passing, frame.depth.shape, step)
-        return frame.masked(~image) if (image & taken).any() else frame, bool((image & taken & inner).any())
+        wide = _patches(asked, passing.some & asked.inner).any()
+        return frame.masked(~image) if (image & taken).any() else frame, bool(wide)
 
     pulled = 0
     for k, cut in zip(placed, each(ahead(without, placed.tolist()), "passing", len(placed)), strict=True):
@@ -173,6 +174,13 @@ def _medians(columns: NDArray[np.float32]) -> NDArray[np.float32]:
     return (ordered[(known - 1) // 2, every] + ordered[known // 2, every]) / np.float32(2)
 
 
+def _patches(asked: _Asked, some: Mask) -> NDArray[np.uint8]:
+    """Which of some pixels (m,) that were asked form patches, as an image of the grid."""
+    grid = np.zeros(asked.shape, np.uint8)
+    grid[asked.at[0][some], asked.at[1][some]] = 1
+    return np.asarray(cv2.morphologyEx(grid, cv2.MORPH_OPEN, BESIDE), np.uint8)
+
+
 def _image(asked: _Asked, passing: _Passing, shape: tuple[int, ...], step: int) -> Mask:
     """(h, w) bool: the pixels that were asked and pass, and what lies between them; lines alone may be rims.
 
@@ -182,7 +190,7 @@ def _image(asked: _Asked, passing: _Passing, shape: tuple[int, ...], step: int) 
     grid, sure = np.zeros((2, *asked.shape), np.uint8)
     rows, columns = asked.at
     grid[rows, columns], sure[rows, columns] = passing.some, passing.surely
-    sure = np.maximum(sure, cv2.morphologyEx(grid, cv2.MORPH_OPEN, BESIDE))
+    sure = np.maximum(sure, _patches(asked, passing.some))
     labels = cv2.connectedComponents(cv2.dilate(grid, BESIDE))[1]
     whole = (grid > 0) & np.isin(labels, np.unique(labels[sure > 0]))
     wide = cv2.dilate(whole.astype(np.uint8), BESIDE)
