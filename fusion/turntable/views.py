@@ -122,12 +122,16 @@ def usable(surface: PointMap, region: Region) -> NDArray[np.bool_]:
     known = np.isfinite(surface.normals[..., 0])
     # a square of the house's border around every hole and step takes no part
     known &= cv2.erode(known.astype(np.uint8), np.ones((2 * BORDER + 1, 2 * BORDER + 1), np.uint8)) > 0
-    known &= region.holds(surface.points) & (surface.incidence < np.deg2rad(75)) & ~_overlaid(surface)
+    known &= before_wall(surface, region) & (surface.incidence < np.deg2rad(75)) & ~_overlaid(surface)
     if region.still is not None:  # what stands still in the image says "no turn", whatever turns behind it
         known &= ~region.still
-    if region.wall is not None:
-        known &= ~(surface.points[..., 2] >= region.wall)
     return np.asarray(known)
+
+
+def before_wall(surface: PointMap, region: Region) -> NDArray[np.bool_]:
+    """(h, w) pixels that lie within the region and before what stands behind it; arguments as of `usable`."""
+    inside = region.holds(surface.points)
+    return inside if region.wall is None else inside & ~(surface.points[..., 2] >= region.wall)
 
 
 def _overlaid(surface: PointMap) -> NDArray[np.bool_]:

@@ -10,7 +10,7 @@ from fusion.recording.images.masks import open_masks
 from fusion.scan.finding.alone import object_alone
 from fusion.scan.finding.frames import load, told_angles
 from fusion.scan.finding.pair_fit import Asked, PairFit, fit_pairs
-from fusion.scan.finding.passing import without_passing
+from fusion.scan.finding.passing import Clear, without_passing
 from fusion.scan.finding.region import find_region
 from fusion.turntable.axis import about_axis
 from fusion.turntable.motion import Motion
@@ -42,11 +42,11 @@ class Attempt:
         support = float(np.nanmedian(motion.support))
         return float(np.nanmedian(motion.residual)) / max(support, 1e-3)
 
-    def of_object(self, motion: Motion) -> tuple[list[Prepared | None], list[Prepared | None]]:
-        """The frames of the object alone, and without what passes before it as well."""
+    def of_object(self, motion: Motion) -> Clear:
+        """The frames of the object alone, without what passes before it."""
         region = self.region.cut(self.region.window(self.camera))
         alone = object_alone(self.frames, region, motion)
-        return alone, without_passing(alone, region, about_axis(motion.axis, motion.angles, motion.shifts))
+        return without_passing(alone, region, about_axis(motion.axis, motion.angles, motion.shifts))
 
 
 def attempt(asked: Asked, look_below: bool = True) -> Attempt:
@@ -64,11 +64,11 @@ def attempt(asked: Asked, look_below: bool = True) -> Attempt:
     first = Attempt(asked, region, frames, fit_pairs(frames, asked, region, told), told, broken)
     if told is not None:
         return first
-    alone = first.of_object(first.fit.motion)
-    if np.mean([a is not b for a, b in zip(*alone, strict=True)]) <= FEW:
+    clear = first.of_object(first.fit.motion)
+    if clear.pulled <= FEW:
         return first
-    fit = fit_pairs(alone[1], asked, region, None, first.fit.motion)  # what passes pulls the views along
-    return replace(first, frames=alone[1], fit=fit)
+    fit = fit_pairs(clear.frames, asked, region, None, first.fit.motion)  # what passes pulls the views along
+    return replace(first, frames=clear.frames, fit=fit)
 
 
 def seen_by(camera: Camera, before: Attempt) -> Attempt:

@@ -23,13 +23,13 @@ from fusion.recording.ahead import ahead
 from fusion.scan.cleaning.facing import facing
 from fusion.scan.cleaning.seen import ASKED
 from fusion.turntable.pairs.edges import NOISES
-from fusion.turntable.views import Region, usable
+from fusion.turntable.views import Region, before_wall, usable
 from fusion.volume.prepared import Prepared
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 SOME = 1500  # pixels of a frame that are asked: what passes is wider than what lies between them
 BESIDE = np.ones((3, 3), np.uint8)
-AROUND = np.ones((5, 5), np.uint8)  # pixels that are asked beside those that pass: rims of it, which lie nearer (guess)
 
 
 @dataclass(frozen=True)
@@ -38,22 +38,51 @@ class _Asked:
 
     at: tuple[NDArray[np.intp], NDArray[np.intp]]  # rows and columns (m,) in the grid
     shape: tuple[int, int]  # of the grid
-    # points, normals: (m, 3) in the object's frame [m]
+    # points, normals: (m, 3) in the object's frame [m]; back along the line of sight where a pixel has no normal
     points: Array
     normals: Array
+    inner: Mask  # (m,) no rim, of which views differ by more
     beside: float  # half a pixel's width [m]: how far beside a point the pixel lies that says something of it
 
 
 @dataclass(frozen=True)
 class _Others:
-    """Frames that are asked: poses (k, 4, 4), and which rows (k,) of `depths` (all, h * w) [m] are theirs."""
+    """Frames that are asked: poses (k, 4, 4), and which rows (k,) of the images (all, h * w) [m] are theirs.
+
+    `nearest` has of each pixel the least depth beside it: at a rim pixels show the object or what is behind it.
+    """
 
     poses: Array
     depths: NDArray[np.float32]
+    nearest: NDArray[np.float32]
     which: NDArray[np.intp]
 
 
-def without_passing(frames: Sequence[Prepared | None], region: Region, poses: Array) -> list[Prepared | None]:
+@dataclass(frozen=True)
+class _Told:
+    """How far along the normals of m pixels each of k frames shows something behind them [m]; NaN: it says nothing."""
+
+    beyond: NDArray[np.float32]  # (k, m) median of those pixels that are asked beside each other
+    nearest: NDArray[np.float32]  # (k, m) the least of what the frame shows around the place
+
+
+@dataclass(frozen=True)
+class _Passing:
+    """Pixels (m,) that more frames look through than show, their own included."""
+
+    some: Mask
+    surely: Mask  # those that as many look through all around: no rim of the object
+
+
+@dataclass(frozen=True)
+class Clear:
+    """Frames without what passes before the object."""
+
+    frames: list[Prepared | None]
+    pulled: float  # share of them that lost patches of which the motion is found; narrow rests pull little
+
+
+def without_passing(frames: Sequence[Prepared | None], region: Region, poses: Array) -> Clear:
     """The frames without the pixels that more of the other frames look through than show.
 
     Args:
@@ -64,65 +93,78 @@ def without_passing(frames: Sequence[Prepared | None], region: Region, poses: Ar
     placed = np.array([k for k, f in enumerate(frames) if f is not None and np.isfinite(poses[k]).all()], int)
     others = placed[np.unique(np.linspace(0, max(len(placed) - 1, 0), min(ASKED, len(placed))).round().astype(int))]
     found = list(frames)
-    depths = np.array([f.surface.points[..., 2].ravel() for m in others if (f := frames[m]) is not None])
+    images = [f.surface.points[..., 2] for m in others if (f := frames[m]) is not None]
+    depths, nearest = (np.array([of(image).ravel() for image in images]) for of in (np.asarray, _nearest))
 
-    def without(k: int) -> Prepared:
+    def without(k: int) -> tuple[Prepared, bool]:
         frame = frames[k]
         assert frame is not None
-        shown = usable(frame.surface, region) & np.isfinite(frame.depth)
-        step = max(1, round(np.sqrt(shown.sum() / SOME)))
-        asked = _asked(frame, shown, poses[k], step)
+        # rims and what stands still too: the motion takes nothing of them, the volume does
+        taken = before_wall(frame.surface, region) & np.isfinite(frame.depth)
+        step = max(1, round(np.sqrt(taken.sum() / SOME)))
+        inner = usable(frame.surface, region)
+        asked = _asked(frame, taken, inner, poses[k], step)
         some = np.flatnonzero(others != k)
-        beyond = _beyond(asked, frame.surface.camera, _Others(poses[others[some]], depths, some))
-        passing = _passing(beyond, asked.beside)
+        told = _told(asked, frame.surface.camera, _Others(poses[others[some]], depths, nearest, some))
+        passing = _passing(told, asked)
         image = _image(asked, passing, frame.depth.shape, step)
-        return frame.masked(~image) if (image & shown).any() else frame
+        wide = _patches(asked, passing.some & asked.inner).any()
+        return frame.masked(~image) if (image & taken).any() else frame, bool(wide)
 
+    pulled = 0
     for k, cut in zip(placed, each(ahead(without, placed.tolist()), "passing", len(placed)), strict=True):
-        found[k] = cut()
-    return found
+        found[k], pulls = cut()
+        pulled += pulls
+    return Clear(found, pulled / max(len(frames), 1))
 
 
-def _asked(frame: Prepared, shown: NDArray[np.bool_], T: Array, step: int) -> _Asked:
-    grid = np.zeros_like(shown)
+def _asked(frame: Prepared, taken: Mask, inner: Mask, T: Array, step: int) -> _Asked:
+    grid = np.zeros_like(taken)
     grid[step // 2 :: step, step // 2 :: step] = True
-    v, u = np.nonzero(shown & grid)
+    v, u = np.nonzero(taken & grid)
     seen, camera = frame.surface.points[v, u].astype(float), frame.surface.camera
     beside = 0.5 * float(np.median(seen[:, 2])) / camera.fx if len(seen) else 0.0
-    shape = shown.shape[0] // step + 1, shown.shape[1] // step + 1
-    normals = frame.surface.normals[v, u] @ T[:3, :3].T
-    return _Asked((v // step, u // step), shape, pose.transform(T, seen), normals, beside)
+    shape = taken.shape[0] // step + 1, taken.shape[1] // step + 1
+    normals = frame.surface.normals[v, u].astype(float)
+    bare = ~np.isfinite(normals[:, 0])
+    normals[bare] = -seen[bare] / np.linalg.norm(seen[bare], axis=1, keepdims=True)
+    normals = normals @ T[:3, :3].T
+    return _Asked((v // step, u // step), shape, pose.transform(T, seen), normals, inner[v, u], beside)
 
 
-def _passing(beyond: NDArray[np.float32], beside: float) -> NDArray[np.bool_]:
-    """(m,) bool: pixels that more frames look through than show, their own included; `beyond` (k, m) by k others."""
-    known = np.abs(beyond[np.isfinite(beyond)])
-    if not len(known):
-        return np.zeros(beyond.shape[1], bool)
-    near = max(NOISES * MAD_TO_STD * float(np.median(known)), beside)
+def _nearest(depth: NDArray[np.float32]) -> NDArray[np.float32]:
+    """(h, w) least depth [m] of each pixel and those beside it; NaN where the pixel has none."""
+    known = np.isfinite(depth)
+    least = cv2.erode(np.where(known, depth, np.float32(np.inf)).astype(np.float32), BESIDE)
+    return np.asarray(np.where(known, least, np.float32(np.nan)))
+
+
+def _passing(told: _Told, asked: _Asked) -> _Passing:
+    known = np.abs(told.beyond[np.isfinite(told.beyond) & asked.inner])
+    near = max(NOISES * MAD_TO_STD * float(np.median(known)), asked.beside) if len(known) else asked.beside
     with np.errstate(invalid="ignore"):
-        shown, through = (np.abs(beyond) <= near).sum(axis=0), (beyond > near).sum(axis=0)
-    return np.asarray(through > shown + 1)
+        shown = (np.abs(told.beyond) <= near).sum(axis=0) + 1
+        through, surely = ((beyond > near).sum(axis=0) > shown for beyond in (told.beyond, told.nearest))
+    return _Passing(through, through & surely)
 
 
-def _beyond(asked: _Asked, camera: Camera, others: _Others) -> NDArray[np.float32]:
-    """(k, m) how far along the normal each other frame shows something behind what is asked, median of its neighbours
-    [m]; NaN where it says nothing.
-
-    In depth a slant would count noise and errors of the motion many times.
-    """
+def _told(asked: _Asked, camera: Camera, others: _Others) -> _Told:
+    """What other frames say of the pixels. In depth a slant would count noise and errors of the motion many times."""
     place, z, slant = facing(asked.points, asked.normals, camera, others.poses)
-    faces = place >= 0
-    off = (others.depths[others.which[:, None], place] - z) * slant
+    which = others.which[:, None]
+    off, nearest = (
+        np.where(place >= 0, (depths[which, place] - z) * slant, np.nan).astype(np.float32)
+        for depths in (others.depths, others.nearest)
+    )
     height, width = (size + 2 for size in asked.shape)
     grids = np.full((len(place), height * width), np.nan, np.float32)
     at = (asked.at[0] + 1) * width + asked.at[1] + 1
-    grids[:, at] = np.where(faces, off, np.nan)
+    grids[:, at] = off
     found = np.full(place.shape, np.nan, np.float32)
-    frame, point = np.nonzero(np.isfinite(grids[:, at]))
+    frame, point = np.nonzero(np.isfinite(off))
     beside = (width * np.array([[-1], [0], [1]]) + (-1, 0, 1)).reshape(9, 1)
     found[frame, point] = _medians(grids.ravel()[frame * grids.shape[1] + at[point] + beside])
-    return found
+    return _Told(found, nearest)
 
 
 def _medians(columns: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -132,15 +174,24 @@ def _medians(columns: NDArray[np.float32]) -> NDArray[np.float32]:
     return (ordered[(known - 1) // 2, every] + ordered[known // 2, every]) / np.float32(2)
 
 
-def _image(asked: _Asked, passing: NDArray[np.bool_], shape: tuple[int, ...], step: int) -> NDArray[np.bool_]:
-    """(h, w) bool: the pixels around those that were asked and pass, in patches; lines alone are rims of the object.
-
-    What hangs together with a patch belongs to it, however narrow it is and across pixels that show nothing.
-    """
+def _patches(asked: _Asked, some: Mask) -> NDArray[np.uint8]:
+    """Which of some pixels (m,) that were asked form patches, as an image of the grid."""
     grid = np.zeros(asked.shape, np.uint8)
-    grid[asked.at[0][passing], asked.at[1][passing]] = 1
-    patches = cv2.morphologyEx(grid, cv2.MORPH_OPEN, BESIDE) > 0
+    grid[asked.at[0][some], asked.at[1][some]] = 1
+    return np.asarray(cv2.morphologyEx(grid, cv2.MORPH_OPEN, BESIDE), np.uint8)
+
+
+def _image(asked: _Asked, passing: _Passing, shape: tuple[int, ...], step: int) -> Mask:
+    """(h, w) bool: the pixels that were asked and pass, and what lies between them; lines alone may be rims.
+
+    What hangs together with a patch, or with what surely passes, belongs to it, however narrow it is and across pixels
+    that show nothing.
+    """
+    grid, sure = np.zeros((2, *asked.shape), np.uint8)
+    rows, columns = asked.at
+    grid[rows, columns], sure[rows, columns] = passing.some, passing.surely
+    sure = np.maximum(sure, _patches(asked, passing.some))
     labels = cv2.connectedComponents(cv2.dilate(grid, BESIDE))[1]
-    whole = (grid > 0) & np.isin(labels, np.unique(labels[patches]))
-    wide = cv2.dilate(whole.astype(np.uint8), AROUND)
+    whole = (grid > 0) & np.isin(labels, np.unique(labels[sure > 0]))
+    wide = cv2.dilate(whole.astype(np.uint8), BESIDE)
     return np.asarray(wide.repeat(step, axis=0).repeat(step, axis=1)[: shape[0], : shape[1]] > 0)

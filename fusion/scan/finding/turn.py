@@ -29,7 +29,7 @@ def turned(found: Attempt) -> tuple[Motion, list[Prepared | None]]:
     """The motion; the object's frames, without the errors of depth it was found with, and without what is mixed."""
     fitted = find_motion(found)
     motion = fitted.motion
-    frames = relieved(found.of_object(motion)[1], motion.taken_out)
+    frames = relieved(found.of_object(motion).frames, motion.taken_out)
     if fitted.model is not None:  # how its surface bends does not ask for the last step of the motion
         model, turns = fitted.model
         poses = about_axis(*turns)
