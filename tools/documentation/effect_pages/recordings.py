@@ -51,6 +51,15 @@ SERIES = {
         "a board 30 cm before a wall, its edge across the picture, from 0.7 to 2.2 m",
         tuple(_take("step", distance_m=d, frames=6) for d in (0.7, 1.0, 1.5, 2.2)),
     ),
+    "contrast": Series(
+        "a black board 30 cm before a white wall and a white one before a black wall, its edge across the picture, from "
+        "0.7 and 1.5 m",
+        tuple(
+            _take("step", distance_m=d, near_reflectance=near, far_reflectance=far, frames=6)
+            for d in (0.7, 1.5)
+            for near, far in ((0.05, 0.8), (0.8, 0.05))
+        ),
+    ),
     "strip": Series(
         "a board 30 cm wide and as far before a wall, both its upright edges in the picture, from 0.7 to 2.2 m",
         tuple(_take("step", distance_m=d, width_m=0.3, frames=6) for d in (0.7, 1.0, 1.5, 2.2)),
@@ -109,7 +118,7 @@ ADVICE = {
     "focal_length": ("walls", "steps"),
     "principal_point": ("walls",),
     "lens_distortion": ("walls",),
-    "defocus": ("steps",),
+    "defocus": ("steps", "contrast"),
     "illumination_vignetting": ("walls", "papers"),
     "projector_shadow": ("steps",),
     "ambient_light": ("daylight",),
@@ -126,7 +135,7 @@ ADVICE = {
     "pixel_locking": ("walls",),
     "vertical_banding": ("walls",),
     "emitter_parallax": ("walls",),
-    "mixed_pixels": ("steps",),
+    "mixed_pixels": ("steps", "contrast"),
     "pixel_crosstalk": ("papers", "strip"),
     "sensor_interference": ("minute",),
     "motion_artifact": ("walk",),
