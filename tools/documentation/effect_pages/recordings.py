@@ -68,6 +68,14 @@ SERIES = {
         "two walls that meet, from 1.2 and 1.8 m, once with the second one bare and once covered with black cloth",
         tuple(_take("corner", distance_m=d, black=b, frames=6) for d in (1.2, 1.8) for b in ("no", "yes")),
     ),
+    "slab": Series(
+        "a slab of soap, wax or marble against a wall of paper, bare and with a sheet of paper over it, from 0.6, 0.9 "
+        "and 1.3 m, and from 1 and 2 m at 45 degrees to both sides",
+        (
+            *(_take("slab", distance_m=d, covered=c, frames=6) for d in (0.6, 0.9, 1.3) for c in ("no", "yes")),
+            *(_take("slab", distance_m=d, tilt_deg=t, frames=6) for d in (1.0, 2.0) for t in (-45, 45)),
+        ),
+    ),
     "near card": Series(
         "a wall from 1.5 and 2.2 m, each with and without a white card close to the camera",
         tuple(_take("near-card", distance_m=d, card=c, frames=6) for d in (1.5, 2.2) for c in ("no", "yes")),
@@ -123,7 +131,7 @@ ADVICE = {
     "projector_shadow": ("steps",),
     "ambient_light": ("daylight",),
     "ambient_flicker": ("daylight",),
-    "subsurface_scattering": ("papers", "walls", "warm-up"),
+    "subsurface_scattering": ("slab",),
     "specular_reflection": ("walls",),
     "multipath": ("corners",),
     "stray_light": ("near card", "papers"),
@@ -147,7 +155,7 @@ ADVICE = {
     "fixed_pattern": ("walls",),
     "temperature_drift": ("warm-up",),
     "depth_scale": ("walls",),
-    "depth_offset": ("walls", "warm-up"),
+    "depth_offset": ("slab", "warm-up"),
     "tabulated": ("walls",),
     "saturation": ("papers", "walls"),
     "amplitude_dropout": ("far papers", "papers"),
