@@ -57,6 +57,7 @@ class View:
         color: (h, w, 3) uint8 RGB.
         baseline: place of the projector on the camera's x axis [m], for triangulating sensors; negative to the left.
         reflectance: (h, w) in the infrared [1].
+        translucent: (h, w) 1 where light enters the material, 0 where it does not, NaN where nobody said.
         edges: the nearest depth edges.
         lit: (h, w) share of the pixel that the projector or lamp reaches [1].
         indirect: light that came by another surface.
@@ -79,6 +80,7 @@ class View:
     color: NDArray[np.uint8] | None = None
     baseline: float = BASELINE_M
     reflectance: Image | None = None
+    translucent: Image | None = None
     edges: Edges | None = None
     lit: Image | None = None
     indirect: Indirect | None = None

@@ -60,12 +60,13 @@ def _scene(simulation: Simulation) -> tuple[dict[str, Any], Mesh]:
     scene, mesh = simulation.scene, simulation.mesh
     content: dict[str, Any] = {"name": scene.name, "mesh": "scene.ply"}
     reflectance = mesh.scalars["reflectance"]
+    kept = {name: values for name, values in mesh.scalars.items() if name != "reflectance"}
     if np.ptp(reflectance) == 0:
         content["reflectance"] = round(float(reflectance[0]), 6)
-        mesh = replace(mesh, colors=None, scalars={})
+        mesh = replace(mesh, colors=None, scalars=kept)
     else:
         grey = np.rint(255 * reflectance).astype(np.uint8)
-        mesh = replace(mesh, colors=np.repeat(grey[:, None], 3, axis=1), scalars={})
+        mesh = replace(mesh, colors=np.repeat(grey[:, None], 3, axis=1), scalars=kept)
     if scene.poses is not None:
         poses = scene.poses
         content["poses"] = {"source": poses.source, "sigma_m": poses.sigma_m, "sigma_rad": poses.sigma_rad}

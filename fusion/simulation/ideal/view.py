@@ -26,7 +26,6 @@ MOVING = (*OPTICS, *RIG)  # rays or surfaces: what a surface then shows, its nor
 UNKNOWN = {
     "velocity": "motion",
     "neighbours": "light that comes by other surfaces",
-    "material": "material",
 }
 
 

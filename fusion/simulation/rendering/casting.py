@@ -12,6 +12,7 @@ from fusion.geometry.pose import Array, inverse
 from fusion.mesh.mesh import Mesh
 
 GREY = 180  # colour of a mesh without colours
+TRANSLUCENT = "translucent"  # scalar of a mesh
 BLOCK = 16384  # rays
 Floats = NDArray[np.float32]
 
@@ -20,7 +21,7 @@ class PreparedMesh:
     """A mesh prepared for many rays.
 
     Its reflectance in the infrared is `mesh.scalars["reflectance"]` where it has one; else the mean of the colour's
-    channels over 255 (for a coloured mesh that is a guess).
+    channels over 255 (for a coloured mesh that is a guess). `mesh.scalars["translucent"]` is seen where it has one.
     """
 
     def __init__(self, mesh: Mesh) -> None:
@@ -29,7 +30,7 @@ class PreparedMesh:
         self._tensor = o3d.core.Tensor.from_numpy
         self._scene = o3d.t.geometry.RaycastingScene(nthreads=0)  # all cores
         self.faces = mesh.faces
-        self.smooth = mesh.normals is not None
+        self.smooth, self.told = mesh.normals is not None, TRANSLUCENT in mesh.scalars
         self.corners = _values(mesh)[mesh.faces]  # (faces, 3, k): one place in memory for each hit
         if len(mesh.faces):
             self._scene.add_triangles(
@@ -110,14 +111,18 @@ class CastBodies:
     def values(self, hits: Hits) -> tuple[Floats, Floats]:
         """Red, green, blue [0, 255] and reflectance [1] (n, 4), and unit normals (n, 3) of the surface at the hits.
 
+        Where some mesh tells it there is a fifth column: how translucent the surface is, NaN where it is not known.
         The normals are those of the vertices where a mesh has them. All rays must have hit.
         """
-        values = np.empty((len(hits.t), 4), np.float32)
+        columns = 5 if any(mesh.told for mesh, _ in self.placed) else 4
+        values = np.full((len(hits.t), columns), np.nan, np.float32)
         normals = hits.normals
         for index, (mesh, T) in enumerate(self.placed):
             mine = slice(None) if len(self.placed) == 1 else np.flatnonzero(hits.body == index)
             found = _interpolated(mesh, hits.face[mine], hits.uv[mine])
-            values[mine] = found[:, :4]
+            values[mine, :4] = found[:, :4]
+            if mesh.told:
+                values[mine, 4] = found[:, -1]
             if mesh.smooth:
                 normals = normals if normals is not hits.normals else normals.copy()
                 smooth = _turn(found[:, 4:7], T[:3, :3].T.astype(np.float32), np.empty((len(found), 3), np.float32))
@@ -134,15 +139,17 @@ def directions(camera: Camera) -> Floats:
 
 
 def _values(mesh: Mesh) -> Floats:
-    """(vertices, 4 or 7) red, green, blue, reflectance and, where there are some, normals."""
+    """(vertices, 4 to 8) red, green, blue, reflectance and, where there are some, normals and how translucent it is."""
     colors = np.full(mesh.vertices.shape, GREY, np.uint8) if mesh.colors is None else mesh.colors
     reflectance = mesh.scalars.get("reflectance", colors.mean(axis=1) / 255.0)
     parts = [colors, np.reshape(reflectance, (-1, 1))]
-    return np.hstack(parts if mesh.normals is None else [*parts, mesh.normals]).astype(np.float32)
+    parts += [] if mesh.normals is None else [mesh.normals]
+    parts += [mesh.scalars[TRANSLUCENT][:, None]] if TRANSLUCENT in mesh.scalars else []
+    return np.hstack(parts).astype(np.float32)
 
 
 def _interpolated(mesh: PreparedMesh, face: NDArray[np.uint32], uv: Floats) -> Floats:
-    """Values (n, 4 or 7) at hits, a block at a time, so that it stays in the processor's cache."""
+    """Values (n, 4 to 8) at hits, a block at a time, so that it stays in the processor's cache."""
     found = np.empty((len(face), mesh.corners.shape[2]), np.float32)
     for start in range(0, len(face), BLOCK):
         block = slice(start, start + BLOCK)

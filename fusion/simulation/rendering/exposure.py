@@ -12,7 +12,7 @@ from fusion.sensor.laws.moving import CameraEffect, RigEffect
 from fusion.sensor.moment import Moment
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import Image, View
-from fusion.simulation.rendering.casting import Body, CastBodies, directions
+from fusion.simulation.rendering.casting import TRANSLUCENT, Body, CastBodies, directions
 from fusion.simulation.rendering.indirect import Bounce
 from fusion.simulation.rendering.motion import twist_between
 from fusion.simulation.rendering.paint import Paint, painted
@@ -152,10 +152,15 @@ def with_paint(view: View, paint: Paint, T_picture_camera: Array) -> View:
 
 
 def whole_mesh(parts: list[Part]) -> Mesh:
-    """Parts as one mesh with `scalars["reflectance"]`."""
-    mesh = joined([part.mesh for part in parts])
+    """Parts as one mesh with `scalars["reflectance"]`, and `scalars["translucent"]` where some part has it."""
+    meshes = [part.mesh for part in parts]
+    if any(TRANSLUCENT in mesh.scalars for mesh in meshes):  # of the others it is not known
+        unsaid = [{TRANSLUCENT: np.full(len(mesh.vertices), np.nan, np.float32)} for mesh in meshes]
+        meshes = [replace(mesh, scalars=no | mesh.scalars) for mesh, no in zip(meshes, unsaid, strict=True)]
+    mesh = joined(meshes)
+    kept = {name: values for name, values in mesh.scalars.items() if name == TRANSLUCENT}
     grey = np.concatenate([part_reflectance(part) for part in parts]) if parts else np.zeros(0, np.float32)
-    return replace(mesh, scalars={"reflectance": grey})
+    return replace(mesh, scalars=kept | {"reflectance": grey})
 
 
 def part_reflectance(part: Part) -> np.ndarray:

@@ -30,7 +30,7 @@ from fusion.simulation.rendering.shadow import lit_of
 class Channels:
     """What a view holds beside depth, incidence and normals."""
 
-    color: bool = True  # colour and reflectance
+    color: bool = True  # colour, reflectance and how translucent surfaces are
     edges: bool = False  # nearest depth edges
     # where the projector or lamp stands: x [m] in the camera frame, negative to the left of the camera (Kinect v1:
     # 0.075), 0 at the camera; None leaves the channel out
@@ -107,6 +107,8 @@ def _seen(camera: Camera, stage: CastBodies, hits: Hits, color: bool) -> tuple[V
         rgb[slice(None) if every else seen] = (values[:, :3] + 0.5).astype(np.uint8)
         reflectance = _spread(values[:, 3], seen, every).reshape(camera.shape)
         view = replace(view, color=rgb.reshape(image), reflectance=reflectance)
+        if values.shape[1] > 4:
+            view = replace(view, translucent=_spread(values[:, 4], seen, every).reshape(camera.shape))
     return view, flat
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from fusion.errors import FusionError, SceneError
 from fusion.simulation.scene.scene import Scene
 from fusion.simulation.scenes.boards import charuco, checkerboard
-from fusion.simulation.scenes.panel import corner, near_card, step, wall, warm_up
+from fusion.simulation.scenes.panel import corner, near_card, slab, step, wall, warm_up
 from fusion.simulation.scenes.patches import patches
 from fusion.simulation.scenes.room import room
 from fusion.simulation.scenes.target import target
@@ -24,6 +24,7 @@ SCENES: dict[str, Callable[..., Scene]] = {
     "checkerboard": checkerboard,
     "charuco": charuco,
     "near-card": near_card,
+    "slab": slab,
     "warm-up": warm_up,
     "turntable": turntable,
     "room": room,

@@ -1,5 +1,7 @@
 """Scenes of flat things, and what they are built from: one rectangle, one reflectance."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -106,6 +108,35 @@ def corner(
         poses=StatedPoses("surveyed", SURVEY_M, SURVEY_RAD),
         ambient_lux=300.0,
     )
+
+
+def slab(
+    distance_m: float = 0.8,
+    tilt_deg: float = 0.0,
+    size_m: float = 0.4,
+    thick_m: float = 0.03,
+    slab_reflectance: float = 0.6,
+    reflectance: float = 0.8,
+    covered: bool = False,
+    frames: int = 10,
+) -> Scene:
+    """a slab of soap, wax or marble against a paper wall; covered=yes: with a sheet of paper over it"""
+    half = size_m / 2
+    near = upright((-half, half), (-half, half), thick_m, reflectance if covered else slab_reflectance)
+    parts = (near, upright((-20.0, 20.0), (-10.0, 10.0), 0.0, reflectance))
+    enters = (0.0 if covered else 1.0, 0.0)  # paper lets no light in
+    return Scene(
+        name="slab, covered" if covered else "slab",
+        parts=tuple(_of_material(part, share) for part, share in zip(parts, enters, strict=True)),
+        course=standing([before(distance_m + thick_m, tilt_deg)], frames, start_s=WARM_S),
+        poses=StatedPoses("surveyed", SURVEY_M, SURVEY_RAD),
+        ambient_lux=300.0,
+    )
+
+
+def _of_material(part: Part, translucent: float) -> Part:
+    scalars = {"translucent": np.full(len(part.mesh.vertices), translucent, np.float32)}
+    return replace(part, mesh=replace(part.mesh, scalars=scalars))
 
 
 def near_card(

@@ -51,6 +51,15 @@ SERIES = {
         "a board 30 cm before a wall, its edge across the picture, from 0.7 to 2.2 m",
         tuple(_take("step", distance_m=d, frames=6) for d in (0.7, 1.0, 1.5, 2.2)),
     ),
+    "contrast": Series(
+        "a black board 30 cm before a white wall and a white one before a black wall, its edge across the picture, from "
+        "0.7 and 1.5 m",
+        tuple(
+            _take("step", distance_m=d, near_reflectance=near, far_reflectance=far, frames=6)
+            for d in (0.7, 1.5)
+            for near, far in ((0.05, 0.8), (0.8, 0.05))
+        ),
+    ),
     "strip": Series(
         "a board 30 cm wide and as far before a wall, both its upright edges in the picture, from 0.7 to 2.2 m",
         tuple(_take("step", distance_m=d, width_m=0.3, frames=6) for d in (0.7, 1.0, 1.5, 2.2)),
@@ -58,6 +67,14 @@ SERIES = {
     "corners": Series(
         "two walls that meet, from 1.2 and 1.8 m, once with the second one bare and once covered with black cloth",
         tuple(_take("corner", distance_m=d, black=b, frames=6) for d in (1.2, 1.8) for b in ("no", "yes")),
+    ),
+    "slab": Series(
+        "a slab of soap, wax or marble against a wall of paper, bare and with a sheet of paper over it, from 0.6, 0.9 "
+        "and 1.3 m, and from 1 and 2 m at 45 degrees to both sides",
+        (
+            *(_take("slab", distance_m=d, covered=c, frames=6) for d in (0.6, 0.9, 1.3) for c in ("no", "yes")),
+            *(_take("slab", distance_m=d, tilt_deg=t, frames=6) for d in (1.0, 2.0) for t in (-45, 45)),
+        ),
     ),
     "near card": Series(
         "a wall from 1.5 and 2.2 m, each with and without a white card close to the camera",
@@ -109,12 +126,12 @@ ADVICE = {
     "focal_length": ("walls", "steps"),
     "principal_point": ("walls",),
     "lens_distortion": ("walls",),
-    "defocus": ("steps",),
+    "defocus": ("steps", "contrast"),
     "illumination_vignetting": ("walls", "papers"),
     "projector_shadow": ("steps",),
     "ambient_light": ("daylight",),
     "ambient_flicker": ("daylight",),
-    "subsurface_scattering": ("papers", "walls", "warm-up"),
+    "subsurface_scattering": ("slab",),
     "specular_reflection": ("walls",),
     "multipath": ("corners",),
     "stray_light": ("near card", "papers"),
@@ -126,7 +143,7 @@ ADVICE = {
     "pixel_locking": ("walls",),
     "vertical_banding": ("walls",),
     "emitter_parallax": ("walls",),
-    "mixed_pixels": ("steps",),
+    "mixed_pixels": ("steps", "contrast"),
     "pixel_crosstalk": ("papers", "strip"),
     "sensor_interference": ("minute",),
     "motion_artifact": ("walk",),
@@ -138,7 +155,7 @@ ADVICE = {
     "fixed_pattern": ("walls",),
     "temperature_drift": ("warm-up",),
     "depth_scale": ("walls",),
-    "depth_offset": ("walls", "warm-up"),
+    "depth_offset": ("slab", "warm-up"),
     "tabulated": ("walls",),
     "saturation": ("papers", "walls"),
     "amplitude_dropout": ("far papers", "papers"),

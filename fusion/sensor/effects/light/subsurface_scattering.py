@@ -15,12 +15,14 @@ SEEN_BY_TRIANGULATION = 0.1
 
 @dataclass(frozen=True)
 class SubsurfaceScattering(Effect):
-    """The range grows by the path inside the material, the same in all pixels, as materials are not told apart."""
+    """The range grows by the path inside the material, where the mesh says that it is translucent, and not where it
+    says that it is not (`scalar_translucent` 1 and 0 of its vertices); where it says nothing, everywhere.
+    """
 
     name: ClassVar[str] = "subsurface_scattering"
     key: ClassVar[str] = "I11"
     formula: ClassVar[str] = "range_measured = range + path; triangulation: z_measured = z + 0.1 path"
-    variables: ClassVar[tuple[str, ...]] = ("range",)
+    variables: ClassVar[tuple[str, ...]] = ("range", "material")
 
     path: Value = parameter(
         "m",
@@ -32,4 +34,5 @@ class SubsurfaceScattering(Effect):
 
     def bias(self, depth: Image, view: View) -> Image:
         seen = view.along_ray if view.time_of_flight else SEEN_BY_TRIANGULATION
-        return np.asarray(self.path * seen, depth.dtype)
+        inside = 1.0 if view.translucent is None else np.nan_to_num(view.translucent, nan=1.0)
+        return np.asarray(self.path * seen * inside, depth.dtype)
