@@ -52,8 +52,8 @@ SERIES = {
         tuple(_take("step", distance_m=d, frames=6) for d in (0.7, 1.0, 1.5, 2.2)),
     ),
     "contrast": Series(
-        "a black board 30 cm before a white wall and a white one before a black wall, its edge across the picture, from "
-        "0.7 and 1.5 m",
+        "a black board 30 cm before a white wall and a white one before a black wall, its edge across the picture, "
+        "from 0.7 and 1.5 m",
         tuple(
             _take("step", distance_m=d, near_reflectance=near, far_reflectance=far, frames=6)
             for d in (0.7, 1.5)
