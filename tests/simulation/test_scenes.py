@@ -14,6 +14,7 @@ from fusion.progress import following
 from fusion.recording.looking.inspect import inspect
 from fusion.recording.native.trajectory_file import read_trajectory
 from fusion.recording.open import open_recording
+from fusion.sensor.effects.light.subsurface_scattering import SubsurfaceScattering
 from fusion.sensor.presets import preset
 from fusion.sensor.sensor import Sensor
 from fusion.simulation.scenes import SCENES, about, built_in, settings_of
@@ -180,6 +181,20 @@ def test_a_black_wall_and_no_card_change_what_they_should():
     ratios = sorted(float(np.median(dark[half]) / np.median(bright[half])) for half in halves)
     assert ratios[0] < 0.1 and ratios[1] == pytest.approx(1.0, abs=0.05)  # the noise of one frame
     assert np.percentile(light("near-card"), 95) > 5 * np.percentile(light("near-card", card="no"), 95)
+
+
+def test_only_a_bare_slab_lets_light_in():
+    sensor = Sensor(principle="itof", effects=(SubsurfaceScattering(0.01),))
+
+    def longer(**settings):
+        made = scene("slab", frames=1, **settings)
+        off = [next(simulate(made, one).frames()).depth for one in (sensor, Sensor(principle="itof"))]
+        return off[0] - off[1]
+
+    bare, covered = longer(), longer(covered="yes")
+    middle, rim = np.s_[bare.shape[0] // 2, bare.shape[1] // 2], np.s_[5, 5]
+    assert bare[middle] == pytest.approx(0.01, abs=0.0005) and abs(bare[rim]) < 0.0005
+    assert np.nanmax(np.abs(covered)) < 0.0005
 
 
 def test_the_sensor_warms_up_over_fifty_minutes():

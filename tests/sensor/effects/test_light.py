@@ -176,6 +176,16 @@ def test_subsurface_path_lengthens_the_range():
     assert SubsurfaceScattering(0.004).bias(view.depth, view) == pytest.approx(0.004 * SEEN_BY_TRIANGULATION)
 
 
+def test_light_enters_where_the_mesh_says_so_and_where_it_says_nothing():
+    translucent = np.full(ITOF.shape, np.nan)
+    translucent[:, :20], translucent[:, 20:40] = 0.0, 1.0
+    effect, bare = SubsurfaceScattering(0.004), wall()
+    everywhere = effect.bias(bare.depth, bare)
+    view = wall(translucent=translucent)
+    np.testing.assert_array_equal(effect.bias(view.depth, view)[:, 20:], everywhere[:, 20:])
+    assert not effect.bias(view.depth, view)[:, :20].any()
+
+
 class TestSpecularReflection:
     def test_lobe_adds_light_where_the_surface_faces_the_lamp(self):
         view = wall(incidence=np.linspace(0, 1.5, WIDTH)[None] * np.ones((HEIGHT, 1)))
