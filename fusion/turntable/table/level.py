@@ -54,8 +54,8 @@ def is_plate(views: Sequence[ObjectView], axis: Axis, height: float, size: float
     reach = beyond * float(np.percentile(axis.distance(turning)[0], 95))
     told, share, there = steady_at(views, axis, height, reach, THICK * size)
     ends = np.where(there.any(axis=0), RINGS - 1 - np.argmax(there[::-1], axis=0), RINGS)  # of each side
-    beyond = np.arange(RINGS)[:, None] - ends
-    rim = (beyond > 0) & (beyond <= np.ceil(_pixel(views, axis, height) * RINGS / reach))
+    outside = np.arange(RINGS)[:, None] - ends
+    rim = (outside > 0) & (outside <= np.ceil(_pixel(views, axis, height) * RINGS / reach))
     unsteady = told & ~there & (share > 0.2) & ~rim
     area = np.arange(RINGS)[:, None] + 0.5
     rings = there.sum(axis=1) >= LEAST_SECTORS
@@ -64,7 +64,7 @@ def is_plate(views: Sequence[ObjectView], axis: Axis, height: float, size: float
 
 
 def _pixel(views: Sequence[ObjectView], axis: Axis, height: float) -> float:
-    """How long a pixel is on the level surface along the line of sight [m]: nearer to a rim, frames differ by chance."""
+    """How long a pixel is on the level surface along the line of sight [m]: nearer to a rim frames differ by chance."""
     middle = axis.point + height * axis.direction
     away = float(np.linalg.norm(middle))
     sine = abs(float(middle @ axis.direction)) / away
