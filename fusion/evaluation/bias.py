@@ -12,7 +12,8 @@ from fusion.geometry.robust import robust_std
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import View
 
-PROUD = 6.0  # robust standard deviations of the rest: what hangs on a wall, not what a lens bends (guess)
+# robust standard deviations of the rest, and metres: what hangs on a wall, not what a lens or the wall bends (guesses)
+PROUD, PROUD_M = 6.0, 0.005
 LEVEL = 1.645  # standard deviations of a 90 % interval
 INDEPENDENT = 16.0  # [px^2] that share their error: lens and filters correlate neighbours (guess)
 
@@ -59,7 +60,7 @@ def bias_of(
     middle = float(np.median(rest[known_here])) if count else float("nan")
     shift, truth = _shift(surface)
     around = robust_std(shape[surface.region & np.isfinite(shape)]) if surface.kind == "plane" else np.inf
-    stands_out = abs(middle - shift_of_mean) > PROUD * around
+    stands_out = abs(middle - shift_of_mean) > max(PROUD * around, PROUD_M)
     spread = float(np.hypot(_rms(still.depth.std[patch]), float(rest[known_here].std()) if count else 0.0))
     own = spread / np.sqrt(max(count / INDEPENDENT, 1.0))
     stated = distance_std if truth == "distance_m" else 0.0

@@ -1,7 +1,7 @@
 """The sensor bench: still recordings in, statistics, bias, noise, shares, steps and drift out."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from fusion.evaluation.light import ambient_light
 from fusion.evaluation.near_limit import SurfaceSeen, near_limits
 from fusion.evaluation.notes import notes_on
 from fusion.evaluation.quantization import quantization_of
-from fusion.evaluation.still.drift import Drift, drift_of
+from fusion.evaluation.still.drift import Drift, drift_of, nothing_told
 from fusion.evaluation.still.shares import brightness_of, joined, shares_over, tiles_of
 from fusion.evaluation.still.statistics import Still, StretchSample, measure_still, sample_of
 from fusion.evaluation.stretch_look import StretchLook
@@ -116,13 +116,9 @@ def look_at(stretch: Stretch, camera: Camera, settings: EvaluationSettings) -> S
 
 def _drift(still: Still) -> Drift:
     """Of the centre, where the time stamps are seconds."""
-    steps = np.diff(still.time)
-    wrong = unit_of_stamps(steps[steps > 0])
-    if not wrong:
-        return drift_of(still.time, still.centre)
-    return replace(
-        drift_of(np.zeros(0), np.zeros(0)), text=f"Nothing is told of warming up: {wrong[0].seen}; {wrong[0].do}."
-    )
+    for wrong in unit_of_stamps(still.time):
+        return nothing_told(still.time, still.centre, f"Nothing is told of warming up: {wrong.seen}; {wrong.do}.")
+    return drift_of(still.time, still.centre)
 
 
 def _noise(sample: StretchSample, surface: ExpectedSurface, camera: Camera) -> TargetNoise | None:

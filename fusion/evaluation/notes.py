@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fusion.evaluation.once import shift_of
+from fusion.evaluation.bump import bump_of
 from fusion.evaluation.still.statistics import centre_of
 from fusion.evaluation.stretch_look import StretchLook
 from fusion.geometry.robust import robust_std
@@ -18,7 +18,6 @@ JUMP, JUMP_M = 5.0, 0.002  # robust standard deviations, and metres, that make a
 SHARED = 0.5  # of the noise of one pixel
 DRIFTS = 0.5  # of the variance of the whole centre: the rest, where a straight line takes as much out, is noise
 CHANGES = 3.0  # times the noise of one pixel: cameras whose frames jump as a whole do so by less (guess)
-PROUD_M = 0.005  # of what lens and wall bend, less
 FAR_OFF = 0.15  # share of the distance: what is that far from the stated one is another surface, or another unit
 MOVED = 0.02  # share of pixels and frames that move
 Note = tuple[str, str]  # "ok", "warning" or "bad", and a sentence
@@ -38,8 +37,8 @@ def notes_on(looks: Sequence[StretchLook], recordings: Sequence[Recording]) -> l
             )
         )
     for recording in recordings:
-        steps = np.diff(recording.timestamps)
-        notes += [("bad", f"{recording.path.name}: {one.seen}: {one.do}.") for one in unit_of_stamps(steps[steps > 0])]
+        wrong = unit_of_stamps(recording.timestamps)
+        notes += [("bad", f"{recording.path.name}: {one.seen}: {one.do}.") for one in wrong]
     used = sum(look.still.frames + len(look.still.failures) for look in looks)
     notes += [(level, f"{text}.") for level, text in moving_notes(recordings, used)]
     notes += [("warning", f"{recording.path.name}: {text}.") for recording in recordings for text in recording.warnings]
@@ -74,11 +73,9 @@ def _on_look(look: StretchLook) -> list[Note]:
         notes.append(("bad", f"{text}; nothing is told about noise."))
     notes += _shared_noise(look)
     if look.coarse:
-        text = (
-            f"depths lie {look.gap * 1e3:.1f} mm apart, further than the noise: a pixel shows one or two of them, and"
-        )
-        notes.append(("warning", f"{text} its own noise depends on its place between them."))
-    if look.bias is not None and look.bias.truth and abs(look.bias.proud) > PROUD_M:
+        text = f"depths lie {look.gap * 1e3:.1f} mm apart, further than the noise: a pixel shows one or two of them"
+        notes.append(("warning", f"{text}, and its own noise depends on its place between them."))
+    if look.bias is not None and look.bias.truth and look.bias.proud:
         off = f"{abs(look.bias.proud) * 1e3:.1f} mm {'behind' if look.bias.proud > 0 else 'before'}"
         notes.append(("warning", f"the image's middle stands {off} the plane of the rest: the offset is the middle's."))
     with_depth = still.depth.mean[np.isfinite(still.depth.mean)]
@@ -101,9 +98,9 @@ def _shared_noise(look: StretchLook) -> list[Note]:
         return notes
     # what passes through the centre is told by itself; its pixels leave it out, and their mean cannot
     moves = 2 * len(look.still.disturbed) > look.still.frames
-    once = None if moves else shift_of(centre)
-    if once is not None:
-        text = f"the whole centre shifts by {once.by * 1e3:+.1f} mm at frame {once.frame} and stays there"
+    bump = None if moves else bump_of(centre)
+    if bump is not None:
+        text = f"the whole centre shifts by {bump.by * 1e3:+.1f} mm at frame {bump.frame} and stays there"
         text += ": camera or scene was moved; offset and noise are of both"
         return [("bad", f"{text}. Give the frames before or after it alone.")]
     spread = robust_std(centre[known] - np.median(centre[known]))

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from made_stills import CAMERA, NOISE, frames, recording, stated, wall
 
+from fusion.evaluation.bump import bump_of
 from fusion.evaluation.evaluate import EvaluationSettings, evaluate
 from fusion.evaluation.near_limit import SurfaceSeen, near_limits
 from fusion.evaluation.notes import changes
 from fusion.evaluation.numbers import numbers
-from fusion.evaluation.once import shift_of
 from fusion.evaluation.summary import summary
 from fusion.files.json_values import json_text
 from fusion.sensor.effects.readout.depth_offset import DepthOffset
@@ -166,8 +166,8 @@ def test_a_bump_is_told_with_its_frame(by):
 )
 def test_what_changes_all_the_time_is_no_bump(series):
     noise = 1e-4 * np.random.default_rng(0).standard_normal(40)
-    assert shift_of(series + noise) is None
-    assert shift_of(np.where(np.arange(40) < 3, np.nan, noise)) is None
+    assert bump_of(series + noise) is None
+    assert bump_of(np.where(np.arange(40) < 3, np.nan, noise)) is None
 
 
 def test_what_hangs_in_the_middle_of_a_wall_is_told():

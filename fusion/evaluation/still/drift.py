@@ -50,7 +50,9 @@ def drift_of(time: Array, value: Array, tolerance: float = TOLERANCE) -> Drift:
     time, value = _blocks(np.asarray(time, float), np.asarray(value, float))
     long = time[-1] - time[0] if len(time) else 0.0
     if len(time) < FEWEST or not long > 0:
-        return _nothing(time, value, "Too short to say whether the camera is warm: fewer than six moments with depth.")
+        return nothing_told(
+            time, value, "Too short to say whether the camera is warm: fewer than six moments with depth."
+        )
     t = time - time[0]
     line = _posterior(t, value, (t / long)[:, None])
     curves, tau, warm = _warm_up(t, value)
@@ -195,7 +197,8 @@ def _blocks(time: Array, value: Array) -> tuple[Array, Array]:
     return t[advancing], x[advancing]
 
 
-def _nothing(time: Array, value: Array, text: str) -> Drift:
+def nothing_told(time: Array, value: Array, text: str) -> Drift:
+    """Of a series (b,) [s], [m] of which no drift can be told, and why."""
     none = float("nan")
     return Drift(
         time, value, np.full(len(time), none), none, (none, none), none, (none, none), none, None, "too short to say",

@@ -75,14 +75,14 @@ def rating(
     """
     limit = near * reference.size
 
-    def far(tree: cKDTree, places: list[Array], scales: Array) -> Array:
-        found = tree.query(np.concatenate(places), distance_upper_bound=limit / scales.min())[0]
-        return np.asarray(np.minimum(found.reshape(len(places), -1) * scales[:, None], limit).mean(axis=1))
+    def distances(tree: cKDTree, places: list[Array], reach: float) -> Array:
+        return np.asarray(tree.query(np.stack(places), distance_upper_bound=reach)[0])
 
     def rated(poses: Sequence[Similarity]) -> Array:
-        there = far(reference.tree, [pose.apply(few) for pose in poses], np.ones(len(poses)))
-        scales = np.array([pose.scale for pose in poses])
-        return there + far(mesh.tree, [pose.apply_inverse(back) for pose in poses], scales)
+        scales = np.array([[pose.scale] for pose in poses])
+        there = distances(reference.tree, [pose.apply(few) for pose in poses], limit)
+        again = distances(mesh.tree, [pose.apply_inverse(back) for pose in poses], limit / scales.min())
+        return score(there, scales * again, limit)
 
     return rated
 
@@ -93,12 +93,12 @@ def _sorted(poses: Iterable[Similarity], rated: Callable[[Sequence[Similarity]],
     return [poses[k] for k in np.argsort(rated(poses), kind="stable")]
 
 
-def score(there: Array, again: Array, limit: float) -> float:
-    """Mean distance [m] of the mesh plus that of the reference, where nothing counts more than `limit` [m].
+def score(there: Array, again: Array, limit: float) -> Array:
+    """Mean distances (...) [m] of the mesh (..., n) plus those of the reference, nothing counted more than `limit` [m].
 
     So it does not matter how far away the rest of a mesh or reference is that shows more than the other one.
     """
-    return float(np.minimum(np.abs(there), limit).mean() + np.minimum(np.abs(again), limit).mean())
+    return np.asarray(np.minimum(np.abs(there), limit).mean(axis=-1) + np.minimum(np.abs(again), limit).mean(axis=-1))
 
 
 def _all(mesh: CoarseSurface, reference: CoarseSurface) -> Iterator[Similarity]:

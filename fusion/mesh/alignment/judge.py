@@ -104,7 +104,7 @@ class PoseJudge:
         again = np.abs(self._back(pose, self._asked[0]))
         near = limit - np.minimum(np.abs(there), limit)
         covered = float(np.mean(again < _CLOSE * limit))
-        both, own = score(there, again, limit), score(there, np.zeros(1), limit)
+        both, own = float(score(there, again, limit)), float(score(there, np.zeros(1), limit))
         return PoseScore(both, own, float((near * (facing < 0)).mean()), float((near * (facing > 0)).mean()), covered)
 
     def cost(self, pose: Similarity) -> PoseCost:

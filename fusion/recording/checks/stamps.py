@@ -27,7 +27,7 @@ def check_stamps(sample: Sample) -> list[Finding]:
     if equal:
         do = "take the doubled lines out of depth.txt"
         findings.append(Finding("stamps", "warning", f"{equal} frames have the stamp of the one before", do))
-    findings += unit_of_stamps(steps[steps > 0])
+    findings += unit_of_stamps(stamps)
     findings += _gaps(steps[steps > 0], stamps) + missing_frames(stamps, GAP) + clock_jumps(recording)
     findings += _unmatched(sample)
     rate = frames_per_second(stamps)
@@ -59,8 +59,10 @@ def _back(recording: Recording) -> list[Finding]:
     return [Finding("stamps", "warning", seen, do)]
 
 
-def unit_of_stamps(steps: np.ndarray) -> list[Finding]:
-    """Stamps that are no seconds: a camera's usual rate in another unit."""
+def unit_of_stamps(stamps: np.ndarray) -> list[Finding]:
+    """Stamps (n,) that are no seconds: a camera's usual rate in another unit."""
+    steps = np.diff(stamps)
+    steps = steps[steps > 0]
     step = float(np.median(steps)) if len(steps) >= FEWEST else 0.0
     rates = {unit: count / step for unit, count in UNITS.items()} if step > LEAST else {}
     unit = next((u for u, rate in rates.items() if any(abs(rate / usual - 1) < EVEN for usual in RATES)), None)

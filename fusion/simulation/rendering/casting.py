@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, inverse
 from fusion.mesh.mesh import Mesh
+from fusion.simulation.scene.scene import TRANSLUCENT
 
 GREY = 180  # colour of a mesh without colours
-TRANSLUCENT = "translucent"  # scalar of a mesh
 BLOCK = 16384  # rays
 Floats = NDArray[np.float32]
 

@@ -12,13 +12,13 @@ from fusion.sensor.laws.moving import CameraEffect, RigEffect
 from fusion.sensor.moment import Moment
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import Image, View
-from fusion.simulation.rendering.casting import TRANSLUCENT, Body, CastBodies, directions
+from fusion.simulation.rendering.casting import Body, CastBodies, directions
 from fusion.simulation.rendering.indirect import Bounce
 from fusion.simulation.rendering.motion import twist_between
 from fusion.simulation.rendering.paint import Paint, painted
 from fusion.simulation.rendering.render import Channels, RayCaster, view_of
 from fusion.simulation.scene.course import SimulatedCourse, neighbours
-from fusion.simulation.scene.scene import Part, Scene
+from fusion.simulation.scene.scene import TRANSLUCENT, Part, Scene
 from fusion.simulation.scene.shapes import joined
 
 USUAL_REFLECTANCE = 180 / 255  # of a mesh that says nothing: the grey in which it is drawn

@@ -18,6 +18,7 @@ from fusion.simulation.scene.course import SimulatedCourse
 SOURCES: tuple[str, ...] = get_args(Source)
 BRIGHTEST = 1e6  # [lux] ten times the sun
 STEEPEST = 100.0  # of a ray, x / z: 89.4 degrees from the axis
+TRANSLUCENT = "translucent"  # scalar of a mesh: 1 where light enters the surface, 0 where it does not
 MOST_PIXELS = 20_000_000  # of a frame: beyond that, rendering takes gigabytes
 
 

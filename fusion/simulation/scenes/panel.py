@@ -1,5 +1,6 @@
 """Scenes of flat things, and what they are built from: one rectangle, one reflectance."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +10,7 @@ from fusion.errors import SceneError
 from fusion.geometry.pose import Array
 from fusion.mesh.mesh import Mesh
 from fusion.simulation.scene.course import looking_at, stamps, standing
-from fusion.simulation.scene.scene import Part, Scene, StatedPoses
+from fusion.simulation.scene.scene import TRANSLUCENT, Part, Scene, StatedPoses
 
 SURVEY_M, SURVEY_RAD = 0.0005, 0.0005  # guess: a good total station and a careful mount
 WARM_S = 3600.0  # [s] since switch-on: a depth camera is warm after 40 to 50 minutes
@@ -75,10 +76,16 @@ def step(
     left = [(-half - 3 * lean, -3), (-half + 3 * lean, 3)] if width_m else [(far, -3), (far, 3)]
     corners = [left[0], (half - 3 * lean, -3), (half + 3 * lean, 3), left[1]]
     near = panel([(step_m, y, z) for y, z in corners], near_reflectance)
+    parts = (near, upright((-20.0, 20.0), (-10.0, 10.0), 0.0, far_reflectance))
+    return _surveyed("step", parts, before(distance_m + step_m), frames)
+
+
+def _surveyed(name: str, parts: Sequence[Part], T_world_camera: Array, frames: int) -> Scene:
+    """From one place that was surveyed, by a warm camera, in a room's light."""
     return Scene(
-        name="step",
-        parts=(near, upright((-20.0, 20.0), (-10.0, 10.0), 0.0, far_reflectance)),
-        course=standing([before(distance_m + step_m)], frames, start_s=WARM_S),
+        name=name,
+        parts=tuple(parts),
+        course=standing([T_world_camera], frames, start_s=WARM_S),
         poses=StatedPoses("surveyed", SURVEY_M, SURVEY_RAD),
         ambient_lux=300.0,
     )
@@ -101,13 +108,7 @@ def corner(
     for (x, y), value in zip(ends, (reflectance, BLACK if black else reflectance), strict=True):
         corners = [(x, y, -1.5), (0, 0, -1.5), (0, 0, 1.5), (x, y, 1.5)]
         walls.append(panel(corners if y > 0 else corners[::-1], value))
-    return Scene(
-        name="corner",
-        parts=tuple(walls),
-        course=standing([looking_at(np.array([distance_m, 0.0, 0.0]), np.zeros(3))], frames, start_s=WARM_S),
-        poses=StatedPoses("surveyed", SURVEY_M, SURVEY_RAD),
-        ambient_lux=300.0,
-    )
+    return _surveyed("corner", walls, looking_at(np.array([distance_m, 0.0, 0.0]), np.zeros(3)), frames)
 
 
 def slab(
@@ -123,19 +124,14 @@ def slab(
     """a slab of soap, wax or marble against a paper wall; covered=yes: with a sheet of paper over it"""
     half = size_m / 2
     near = upright((-half, half), (-half, half), thick_m, reflectance if covered else slab_reflectance)
-    parts = (near, upright((-20.0, 20.0), (-10.0, 10.0), 0.0, reflectance))
-    enters = (0.0 if covered else 1.0, 0.0)  # paper lets no light in
-    return Scene(
-        name="slab, covered" if covered else "slab",
-        parts=tuple(_of_material(part, share) for part, share in zip(parts, enters, strict=True)),
-        course=standing([before(distance_m + thick_m, tilt_deg)], frames, start_s=WARM_S),
-        poses=StatedPoses("surveyed", SURVEY_M, SURVEY_RAD),
-        ambient_lux=300.0,
-    )
+    paper = upright((-20.0, 20.0), (-10.0, 10.0), 0.0, reflectance)
+    parts = _of_material(near, 0.0 if covered else 1.0), _of_material(paper, 0.0)  # paper lets no light in
+    name = "slab, covered" if covered else "slab"
+    return _surveyed(name, parts, before(distance_m + thick_m, tilt_deg), frames)
 
 
 def _of_material(part: Part, translucent: float) -> Part:
-    scalars = {"translucent": np.full(len(part.mesh.vertices), translucent, np.float32)}
+    scalars = {TRANSLUCENT: np.full(len(part.mesh.vertices), translucent, np.float32)}
     return replace(part, mesh=replace(part.mesh, scalars=scalars))
 
 
@@ -154,13 +150,8 @@ def near_card(
         # the left fifth of a picture of 60 degrees
         left, right = np.array([-0.9, -0.28]) * card_distance_m
         parts.append(upright((left, right), (-0.3 * card_distance_m, 0.3 * card_distance_m), x, card_reflectance))
-    return Scene(
-        name="near-card" if card else "near-card, without the card",
-        parts=tuple(parts),
-        course=standing([before(distance_m)], frames, start_s=WARM_S),
-        poses=StatedPoses("surveyed", SURVEY_M, SURVEY_RAD),
-        ambient_lux=300.0,
-    )
+    name = "near-card" if card else "near-card, without the card"
+    return _surveyed(name, parts, before(distance_m), frames)
 
 
 ROOM_C, RISE_C, RISE_S = 23.0, 9.0, 900.0  # guess: a closed camera of 5 to 15 W

@@ -13,14 +13,14 @@ BESIDE_LINE = 2.0  # times more is left beside a straight line: a drift goes on
 Array = NDArray[np.floating]
 
 
-class ShiftOnce(NamedTuple):
+class Bump(NamedTuple):
     """From which frame on, and by how much [m]."""
 
     frame: int
     by: float
 
 
-def shift_of(centre: Array) -> ShiftOnce | None:
+def bump_of(centre: Array) -> Bump | None:
     """The shift of a series (n,) [m] that may hold NaN; None where there is none, or where noise may be it."""
     known = np.flatnonzero(np.isfinite(centre))
     n = len(known)
@@ -37,4 +37,4 @@ def shift_of(centre: Array) -> ShiftOnce | None:
     beside_line = float(x @ x - (t @ x) ** 2 / (t @ t))
     clear = abs(by) > CLEAR * np.sqrt(max(left, 0.0) / (n - 2))
     sudden = abs(x[at + 1] - x[at]) > SUDDEN * abs(by)
-    return ShiftOnce(int(known[at + 1]), by) if clear and sudden and beside_line > BESIDE_LINE * left else None
+    return Bump(int(known[at + 1]), by) if clear and sudden and beside_line > BESIDE_LINE * left else None
