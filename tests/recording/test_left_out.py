@@ -24,6 +24,14 @@ def resized(path):
     cv2.imwrite(str(path), np.zeros((60, 80), np.uint16 if "ir" in path.parts else np.uint8))
 
 
+def test_images_of_a_frame_that_was_cut_off_before_its_depth_are_no_loss(folder):
+    """Depth is listed last, so a recorder that is killed may leave one frame's other images behind."""
+    lines = (folder / "depth.txt").read_text().splitlines()
+    (folder / "depth.txt").write_text("\n".join([*lines[:-1], ""]))
+    recording = open_recording(folder)
+    assert len(recording) == 2 and not recording.warnings
+
+
 def test_convert_names_an_image_that_belongs_to_no_frame(folder, caplog):
     """Its frame is converted without: a stamp that is a second off, a name that nobody meant."""
     lines = (folder / "rgb.txt").read_text().splitlines()

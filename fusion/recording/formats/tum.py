@@ -23,6 +23,7 @@ from fusion.recording.native.trajectory_file import read_trajectory
 from fusion.recording.recording import Recording
 
 USUAL_SCALE = 5000.0  # counts per metre of the benchmark's images: its page on file formats
+NEXT = 1.5  # usual steps from frame to frame, within which the next one comes
 
 
 def recognises(folder: Path) -> bool:
@@ -138,7 +139,17 @@ def _associated(path: Path | None, stamps: NDArray[np.float64]) -> tuple[list[st
     other, names = read_image_list(path)
     match = associate(stamps, np.array(other))
     matched = [names[i] if i >= 0 else None for i in match] if (match >= 0).any() else []
-    return matched, (int((~in_time(np.array(other), stamps)).sum()), len(names))
+    return matched, (_without_frame(np.array(other), stamps), len(names))
+
+
+def _without_frame(other: NDArray[np.float64], stamps: NDArray[np.float64]) -> int:
+    """How many images (m,) belong to none of the depth frames (n,), in the order of time.
+
+    One that follows the last frame in step is no loss: its recording was cut off before the depth, which comes last.
+    """
+    lost = other[~in_time(other, stamps)]
+    step = float(np.median(np.diff(stamps))) if len(stamps) > 1 else 0.0
+    return 0 if len(lost) == 1 and 0 < lost[0] - stamps[-1] < NEXT * step else len(lost)
 
 
 def _read_poses(folder: Path) -> Trajectory | None:
