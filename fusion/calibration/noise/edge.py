@@ -55,7 +55,7 @@ def seen_edge(depth: Image, target: FlatTarget, plane: Image, side: int) -> Seen
     within = on[whole, : max(1, width // 2)]
     holes = 1.0 - float(within.mean()) if within.size else float("nan")
     p = float(np.clip(holes, STRAY, MOST_HOLES)) if np.isfinite(holes) else STRAY
-    gain = np.where(on, np.log((1 - p) / STRAY), np.log(p / (1 - STRAY))).cumsum(axis=1)
+    gain = np.cumsum(np.where(on, np.log((1 - p) / STRAY), np.log(p / (1 - STRAY))), axis=1)
     inside = strip.shape[1] - gain[:, ::-1].argmax(axis=1)  # the last of equally likely ones
     position = strip[:, 0] + outwards * (inside - 0.5)
     return SeenEdge(np.where(whole, position, np.nan), holes)
