@@ -16,13 +16,14 @@ from fusion.results.choices import ReconstructionChoices
 from fusion.results.course import Course, OffCourse
 from fusion.results.facts import ScanFacts, SureFacts, median_of, rms_of
 from fusion.results.judgement import Judgement
-from fusion.results.light import Light, frames_light, level, worst_first
+from fusion.results.light import LEVELS, Light, frames_light, level, worst_first
 from fusion.volume.volume import Volume
 
 # good up to the first, a problem above the second (guesses); a truncation is the band in which noise is fused
 FIT_BANDS = (0.5, 1.0)
 COURSE_BANDS = (1.0, 3.0)
 WEAK_SHARE = (0.1, 0.6)
+UNMEASURED = (0.03, 0.1)  # of the way, what no surface fixed; the first as what is usual of drift (guesses)
 CRUMB_SHARE = (0.05, 0.2)
 APART = (0.5, 1.0)  # of a truncation, places seen twice: beyond, walls are doubled
 RELIEF = "Keep more relief in view: corners, furniture, things at several depths."
@@ -117,10 +118,38 @@ def _directions(result: Reconstruction) -> Light | None:
     if not weak:
         return None
     name, count = weak.most_common(1)[0]
-    judged = level(count / len(result.trajectory), WEAK_SHARE)
+    lost, known = _unmeasured(result), float(np.nansum(_fixed(result)))
+    share = 1.0 if np.isinf(lost) else lost / max(known + lost, 1e-9)
+    judged = max(level(count / len(result.trajectory), WEAK_SHARE), level(share, UNMEASURED), key=LEVELS.index)
     others = f", {', '.join(other for other, _ in weak.most_common()[1:])} in fewer" if len(weak) > 1 else ""
-    said = f"{name} is not fixed by the surface in {count} of {len(result.trajectory)} frames{others}."
-    return Light(judged, "Directions", said[:1].upper() + said[1:], RELIEF if judged != "ok" else "")
+    said = f"{name} is not fixed by the surface in {count} of {len(result.trajectory)} frames{others}"
+    if np.isinf(lost):
+        said += ": how far the camera went is not known"
+    elif share > UNMEASURED[0]:
+        said += f": at the pace of the others {lost:.2g} m of a way of {known + lost:.2g} m are not measured"
+    return Light(judged, "Directions", f"{said[:1].upper()}{said[1:]}.", RELIEF if judged != "ok" else "")
+
+
+def _sliding(result: Reconstruction) -> NDArray[np.intp]:
+    """Those of the steps along which the surface may have slid on itself."""
+    frames = [i for i, names in result.unconstrained.items() if any(name.startswith("shift") for name in names)]
+    return np.array([i - 1 for i in frames if i > 0], np.intp)
+
+
+def _fixed(result: Reconstruction) -> NDArray[np.float64]:
+    """The other steps from frame to frame [m]; NaN beside a frame without a place."""
+    steps = np.linalg.norm(np.diff(result.trajectory.centres, axis=0), axis=1)
+    return np.delete(steps, _sliding(result))
+
+
+def _unmeasured(result: Reconstruction) -> float:
+    """The way [m] that frames took along what their surface does not fix, at the pace of the others; infinite where
+    these are fewer, and 0 where a place was seen again, as loops correct it."""
+    count, fixed = len(_sliding(result)), _fixed(result)
+    fixed = fixed[np.isfinite(fixed)]
+    if not count or (result.course is not None and result.course.met):
+        return 0.0
+    return float(count * np.median(fixed)) if len(fixed) >= count else float("inf")
 
 
 def _surface(result: Reconstruction) -> Light:
@@ -145,15 +174,20 @@ def _drift(result: Reconstruction) -> Light | None:
         left = "" if np.isnan(course.after) else f" and lie {course.after * 1e3:.1f} mm apart now"
         judged = "ok" if np.isnan(course.after) else level(course.after / band, APART)
         return Light(judged, "Loops", f"{said}{left}.", "Walk the loop again, slower." if judged != "ok" else "")
-    if course.in_view and not course.moved:
+    lost = _unmeasured(result)
+    if course.in_view and not course.moved and lost < band:
         return Light("ok", "Drift", "The camera kept in view what it had seen.")
-    judged = "warning" if course.drift > band else "ok"
+    judged = "warning" if course.drift + lost > band else "ok"
     seen = "The surface alone did not hold the camera" if course.in_view else "Nothing was seen again after it was left"
     said = f"{seen}, on a way of {course.path:.1f} m: drift is not checked"
     if course.moved:
         said += f", and landmarks of neighbouring views moved the camera by up to {course.moved * 1e3:.0f} mm"
     do = "End where you began, with the same things in view." if judged != "ok" else ""
-    return Light(judged, "Drift", f"{said}; {course.drift * 1e3:.0f} mm would be usual.", do)
+    said += f"; {course.drift * 1e3:.0f} mm would be usual"
+    if lost > band:
+        missing = "nobody knows how much" if np.isinf(lost) else f"{lost * 1e3:.0f} mm"
+        said += f", and {missing} may be missing where the surface slid along itself"
+    return Light(judged, "Drift", f"{said}.", do)
 
 
 def _course(result: Reconstruction) -> Light | None:

@@ -10,7 +10,7 @@ from fusion.geometry.trajectory import Trajectory, trajectory_error
 from fusion.mesh.mesh import Mesh
 from fusion.reconstruction.result import Reconstruction
 from fusion.results.choices import LensUsed, ReconstructionChoices
-from fusion.results.course import OffCourse
+from fusion.results.course import Course, OffCourse
 from fusion.results.light import Light
 from fusion.sensor.correction.summary import CorrectionFigures
 from fusion.volume.volume import Volume, VolumeSettings
@@ -55,8 +55,11 @@ PLANTED = {
     "Frames": [("bad", lambda r: replace(r, rejected=dict.fromkeys(range(10), "too little overlap")))],
     "Fit": [("bad", lambda r: replace(r, residual=np.full(COUNT, 0.05)))],
     "Directions": [
-        ("warning", lambda r: replace(r, unconstrained=dict.fromkeys(range(4), ("shift along x",)))),
-        ("bad", lambda r: replace(r, unconstrained=dict.fromkeys(range(16), ("shift along x",)))),
+        ("warning", lambda r: replace(r, unconstrained=dict.fromkeys(range(4), ("rotation z",)))),
+        ("bad", lambda r: replace(r, unconstrained=dict.fromkeys(range(16), ("rotation z",)))),
+        # of the way, too, which is then longer than what was tracked
+        ("warning", lambda r: replace(r, unconstrained={7: ("shift x",)})),
+        ("bad", lambda r: replace(r, unconstrained=dict.fromkeys(range(4), ("shift x",)))),
     ],
     "Surface": [
         ("warning", lambda r: replace(r, mesh=crumbled(3))),
@@ -81,6 +84,29 @@ def test_a_planted_fault_turns_on_its_own_light(subject, level, plant):
 def test_a_room_is_not_told_to_be_taken_for_a_room(kind):
     first = replace(good(), mesh=crumbled(12), settings=replace(SETTINGS, kind=kind)).judgement.lights[0]
     assert ("--room" in first.do) == (kind == "object")
+
+
+def test_a_way_along_a_bare_wall_is_said_to_be_missing():
+    """Nearly half of the frames slid along it: as much of the way as the others took is not measured."""
+    poses = good().trajectory.poses.copy()
+    poses[:, :3, 3] = 0.0
+    poses[:11, 0, 3] = 0.1 * np.arange(11)
+    poses[11:, 0, 3] = poses[10, 0, 3]
+    slid = replace(
+        good(),
+        trajectory=Trajectory(np.arange(COUNT) / 10, poses),
+        unconstrained=dict.fromkeys(range(11, 20), ("shift x",)),
+        course=Course(1.0, True, 1, 1),
+    )
+    told = {light.subject: light for light in slid.judgement.lights}
+    assert "0.9 m of a way of 1.9 m" in told["Directions"].reason and told["Directions"].level == "bad"
+    assert "900 mm may be missing" in told["Drift"].reason and told["Drift"].level == "warning"
+    seen_again = {x.subject: x for x in replace(slid, course=replace(slid.course, met=2)).judgement.lights}
+    assert "not measured" not in seen_again["Directions"].reason
+    everywhere = replace(slid, unconstrained=dict.fromkeys(range(4, 20), ("shift x",)))
+    told = {light.subject: light for light in everywhere.judgement.lights}
+    assert "not known" in told["Directions"].reason and told["Directions"].level == "bad"
+    assert "nobody knows" in told["Drift"].reason and told["Drift"].level == "warning"
 
 
 def test_what_the_doctor_said_stands_among_them():

@@ -112,7 +112,11 @@ def check_camera_moves(sample: Sample) -> list[Finding]:
         told = "telemetry.csv holds the angle of a turntable"
         return [Finding("motion", "warning", told, "`fusion turntable` uses it and closes the loop")]
     if seen is not None and seen.nothing_moves:
-        told = f"the camera stood still ({100 * seen.still:.0f} % of the image stay as they are): this is a single view"
+        share = f"({100 * seen.still:.0f} % of the image stay as they are)"
+        if not seen.held:
+            told = f"the camera stood still, or slid along what looks the same everywhere {share}"
+            return [Finding("motion", "warning", told, "keep things of several depths in view as it moves")]
+        told = f"the camera stood still {share}: this is a single view"
         return [Finding("motion", "warning", told, "move the camera around what is to be scanned")]
     return []
 
