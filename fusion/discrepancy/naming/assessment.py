@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from fusion.discrepancy.decisions import ALIKE, REPLICATED, SURE
 from fusion.discrepancy.inference.identifiability import ROOMY
+from fusion.discrepancy.inference.tile_covariance import pose_columns
 from fusion.discrepancy.naming.effect_part import EffectPart
 from fusion.discrepancy.naming.evidence import by_chance, inflation, left_out_gain, replicated_share
 from fusion.discrepancy.naming.heterogeneity import FORM, form_of
@@ -144,12 +145,20 @@ def _alike(fit: PartsFit, part: EffectPart, candidates: Sequence[Candidate], aim
         white = fit.covariance.whiten(other.columns * share[:, None]) if part.candidate.where else other.white
         rival = space.of(white)
         found = scored(other, rival, fitted)
-        lacks = power - found.gain
-        as_well = lacks <= form * power or scored(other, rival, target).gain > own - clear
+        like = power - found.gain <= form * power and _as_to_poses(fit, fitted, rival @ found.weights, form)
+        as_well = like or scored(other, rival, target).gain > own - clear
         can_be = np.isfinite(found.score) and not EffectPart(other, found.weights).at_bound(fit.observations)
         if as_well and can_be and _alike_everywhere(whole, other, space):
             out[other.name] = None
     return tuple(out)
+
+
+def _as_to_poses(fit: PartsFit, fitted: Vector, rival: Vector, form: float) -> bool:
+    """True where a rival asks of the poses what the part does, but for a share `form` of it: they were measured, and
+    are no matter of the form of a law, however small a part of its chi2 they are."""
+    poses = np.column_stack(pose_columns(fit.observations)).T
+    asked, more = (float(np.sum((poses @ fit.covariance.pulled(one)) ** 2)) for one in (fitted, fitted - rival))
+    return more <= max(SURE, form * asked)
 
 
 def _together(fit: PartsFit, part: EffectPart, candidates: Sequence[Candidate], space: Space) -> tuple[str, ...]:

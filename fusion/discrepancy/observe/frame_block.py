@@ -65,6 +65,7 @@ class FrameBlock:
     course: TileCourse | None = None  # how its tiles went from frame to frame; None of single frames
     # standard deviations [rad], [m] of the motions of its frames; empty of a camera that stood still
     shaken: tuple[float, ...] = ()
+    times: tuple[float, ...] = ()  # [s] of its frames; empty where all are as in its middle
     passed: int = 0  # number of frames, with those held out, before which something passes: it is out of them
     # likely error of the pose, as a motion (6,) of the scene in the camera frame [rad, m]; tiles are linear in errors
     # about this one. Empty where it is too small to matter.
@@ -208,6 +209,7 @@ def _measured(
         alike=series.alike,
         prints=frozenset(prints - {b""}),
         course=None if tiles is None or series.course is None else TileCourse(tiles, series.course, series.seen),
+        times=tuple(stage.recording.timestamps[list(frames)].tolist()),
         passed=passed,
     )
 

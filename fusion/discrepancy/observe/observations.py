@@ -18,6 +18,7 @@ from fusion.geometry.pose import Array, angle, inverse
 from fusion.recording.ahead import side_by_side
 from fusion.sensor.effect import Effect
 from fusion.sensor.laws.surface import moved_beyond
+from fusion.sensor.parameter import parameters
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import Image, View
 from fusion.sensor.where import VARIABLES
@@ -72,7 +73,8 @@ class Patch:
     def change(self, effect: Effect) -> Image:
         """By how much (h, w) an effect changes what is seen behind the rounding, to first order, in native units."""
         with np.errstate(all="ignore"):
-            return np.asarray(effect.change(self.depth, self.view) * self.native * self._passed)
+            whole = np.mean([effect.change(self.depth, one) for one in frame_views(self.block, self.view, (effect,))], 0)
+            return np.asarray(whole * self.native * self._passed)
 
     @cached_property
     def unrounded(self) -> Unrounded | None:
@@ -253,7 +255,10 @@ def predicted(sensor: Sensor, block: FrameBlock) -> Predicted:
     # rounding is the last that happens to a depth
     rounding = next((effect for effect in sensor.effects if effect.lattice), None)
     others = tuple(effect for effect in sensor.effects if effect is not rounding)
-    mean, sigma = replace(sensor, effects=others).repeated(depth, block.view)
+    means, sigmas = np.array(
+        [replace(sensor, effects=others).repeated(depth, one) for one in frame_views(block, block.view, others)]
+    ).swapaxes(0, 1)
+    mean, sigma = means.mean(axis=0), np.hypot(np.sqrt(np.mean(np.square(sigmas), axis=0)), means.std(axis=0))
     if rounding is not None:
         view = sensor.seen(block.view)
         steps = Unrounded.of(sensor, rounding, mean, sigma, block.std, view)
@@ -264,6 +269,15 @@ def predicted(sensor: Sensor, block: FrameBlock) -> Predicted:
         return Predicted(mean, sigma, steps)
     spread = sigma if block.given.spread is None else np.hypot(sigma, block.given.spread)
     return Predicted(mean + block.given.offset, spread, steps)
+
+
+def frame_views(block: FrameBlock, view: View, effects: Sequence[Effect]) -> list[View]:
+    """A view of a block at the time of each of its frames, where an effect swings the depth; else the one of all."""
+    swings = any(
+        effect.changes("bias") and any(about.unit == "Hz" for about in parameters(effect).values()) for effect in effects
+    )
+    times = block.times if swings else ()
+    return [replace(view, moment=replace(view.moment, time=time)) for time in times] or [view]
 
 
 def views_of(poses: Sequence[Array]) -> list[int]:
