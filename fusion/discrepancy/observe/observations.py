@@ -73,8 +73,9 @@ class Patch:
     def change(self, effect: Effect) -> Image:
         """By how much (h, w) an effect changes what is seen behind the rounding, to first order, in native units."""
         with np.errstate(all="ignore"):
-            whole = np.mean([effect.change(self.depth, one) for one in frame_views(self.block, self.view, (effect,))], 0)
-            return np.asarray(whole * self.native * self._passed)
+            seen = frame_views(self.block, self.view, (effect,))
+            mean = np.mean([effect.change(self.depth, one) for one in seen], axis=0)
+            return np.asarray(mean * self.native * self._passed)
 
     @cached_property
     def unrounded(self) -> Unrounded | None:
@@ -255,10 +256,10 @@ def predicted(sensor: Sensor, block: FrameBlock) -> Predicted:
     # rounding is the last that happens to a depth
     rounding = next((effect for effect in sensor.effects if effect.lattice), None)
     others = tuple(effect for effect in sensor.effects if effect is not rounding)
-    means, sigmas = np.array(
-        [replace(sensor, effects=others).repeated(depth, one) for one in frame_views(block, block.view, others)]
-    ).swapaxes(0, 1)
-    mean, sigma = means.mean(axis=0), np.hypot(np.sqrt(np.mean(np.square(sigmas), axis=0)), means.std(axis=0))
+    before = replace(sensor, effects=others)
+    means, sigmas = zip(*[before.repeated(depth, one) for one in frame_views(block, block.view, others)], strict=True)
+    # what swings from frame to frame is a part of their spread
+    mean, sigma = np.mean(means, axis=0), np.hypot(np.sqrt(np.mean(np.square(sigmas), axis=0)), np.std(means, axis=0))
     if rounding is not None:
         view = sensor.seen(block.view)
         steps = Unrounded.of(sensor, rounding, mean, sigma, block.std, view)
@@ -273,9 +274,8 @@ def predicted(sensor: Sensor, block: FrameBlock) -> Predicted:
 
 def frame_views(block: FrameBlock, view: View, effects: Sequence[Effect]) -> list[View]:
     """A view of a block at the time of each of its frames, where an effect swings the depth; else the one of all."""
-    swings = any(
-        effect.changes("bias") and any(about.unit == "Hz" for about in parameters(effect).values()) for effect in effects
-    )
+    swinging = (effect for effect in effects if effect.changes("bias"))
+    swings = any(about.unit == "Hz" for effect in swinging for about in parameters(effect).values())
     times = block.times if swings else ()
     return [replace(view, moment=replace(view.moment, time=time)) for time in times] or [view]
 
