@@ -6,20 +6,19 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.decisions import ALIKE, REPLICATED, SURE
+from fusion.discrepancy.decisions import ALIKE, SURE
 from fusion.discrepancy.inference.identifiability import ROOMY
-from fusion.discrepancy.inference.tile_covariance import pose_columns
+from fusion.discrepancy.inference.tile_covariance import MeasuredTiles, pose_columns
 from fusion.discrepancy.naming.effect_part import EffectPart
-from fusion.discrepancy.naming.evidence import by_chance, inflation, left_out_gain, replicated_share
+from fusion.discrepancy.naming.evidence import by_chance, inflation
 from fusion.discrepancy.naming.heterogeneity import FORM, form_of
 from fusion.discrepancy.naming.intervals import spreads_of
-from fusion.discrepancy.naming.partial_residual import partial_residual
 from fusion.discrepancy.naming.plain_pairs import like_two
-from fusion.discrepancy.naming.refit import PartsFit, shapes_of
+from fusion.discrepancy.naming.refit import PartsFit, partial_residual, shapes_of
 from fusion.discrepancy.naming.search.candidates import Candidate
 from fusion.discrepancy.naming.search.score import scored
 from fusion.discrepancy.naming.search.space import Aim, Space
-from fusion.discrepancy.naming.search.step import NextPart, of_time
+from fusion.discrepancy.naming.search.step import NextPart, held_out_gain
 from fusion.sensor.effect import Effect
 from fusion.sensor.where import Bound, inside
 
@@ -97,7 +96,7 @@ def _step(fit: PartsFit, k: int, candidates: Sequence[Candidate], spreads: Vecto
         part.candidate,
         part.effect(fit.observations),
         own.gain,
-        _held_out(fit, part, seen, target, own.gain),
+        held_out_gain(part, MeasuredTiles(fit.observations, fit.covariance), seen, target, own.gain),
         probability,
         _alike(fit, part, candidates, Aim(space, target), form_of(fit, k)),
         float(np.linalg.norm(spreads[weights] * np.linalg.norm(seen, axis=0))) / max(length, 1e-12)
@@ -109,15 +108,6 @@ def _step(fit: PartsFit, k: int, candidates: Sequence[Candidate], spreads: Vecto
         own.gain - own.score if np.isfinite(own.score) else 0.0,
         _together(fit, part, candidates, space),
     )
-
-
-def _held_out(fit: PartsFit, part: EffectPart, seen: Matrix, target: Vector, gain: float) -> float:
-    if fit.observations.sensor.effect(part.name) is not None:
-        return gain * replicated_share(part.candidate, fit.observations.place, fit.covariance, target)
-    share = left_out_gain(seen, target, fit.observations.replicate, part.size)
-    if of_time(part.candidate) and share < REPLICATED * gain:
-        return left_out_gain(seen, target, fit.observations.block_number, part.size)
-    return share
 
 
 def _alike(fit: PartsFit, part: EffectPart, candidates: Sequence[Candidate], aim: Aim, form: float) -> tuple[str, ...]:

@@ -199,10 +199,6 @@ class Observations:
         """The same tiles of blocks that differ in what is known of their poses only."""
         return replace(self, patches=tuple(replace(p, block=k) for p, k in zip(self.patches, blocks, strict=True)))
 
-    def as_loose_as(self, others: "Observations") -> "Observations":
-        """The same with what follows no law in others of these recordings."""
-        return replace(self, loose=others.loose)
-
     @property
     def looseness(self) -> NDArray[np.float64]:
         """(n,) by how much scatter and drift are larger in the recording of each tile than usual."""
