@@ -11,7 +11,7 @@ import pytest
 import synthetic
 
 from fusion.commands.main import main
-from fusion.geometry.pose import inverse
+from fusion.geometry.pose import from_tum, inverse, to_tum
 from fusion.geometry.trajectory import Trajectory
 from fusion.recording.looking.inspect import fingerprint, inspect
 from fusion.recording.native.camera_file import write_camera
@@ -20,6 +20,11 @@ from fusion.recording.open import open_recording
 from fusion.recording.writing.write import write_recording
 
 SHARED = Path(os.environ.get("FUSION_SHARED", Path(__file__).parents[3] / "shared"))
+
+# what other programs call the axes of a camera: (4, 4) from OpenCV's x right, y down, z forward
+OPENGL = np.diag([1.0, -1, -1, 1])  # y up, z back
+BODY = np.array([[0.0, 0, 1, 0], [-1, 0, 0, 0], [0, -1, 0, 0], [0, 0, 0, 1]])  # to x forward, y left, z up
+LEFT = np.diag([1.0, -1, 1, 1])  # y up, and left-handed
 
 
 @pytest.fixture
@@ -73,6 +78,12 @@ def poses_with(folder, change):
     write_trajectory(folder / "groundtruth.txt", Trajectory(given.timestamps, change(given.poses)))
 
 
+def with_w_first(poses):
+    """As a file of qw qx qy qz is read."""
+    values = [to_tum(T) for T in poses]
+    return np.stack([from_tum([*v[:3], v[6], v[3], v[4], v[5]]) for v in values])
+
+
 def millimetres(poses):
     return np.concatenate([poses[:, :3] * [1, 1, 1, 1000], poses[:, 3:]], axis=1)
 
@@ -96,6 +107,23 @@ DEFECTS = {
     "millimetres times five": (lambda f: recount(f, lambda c: 5 * c), "warning", "depth", "multiples of 5", "5000"),
     "range": (as_range, "error", "range or z", "bow", "along the ray"),
     "inverted poses": (lambda f: poses_with(f, inverse), "error", "poses", "inverted", "world to camera"),
+    "poses of OpenGL": (lambda f: poses_with(f, lambda T: T @ OPENGL), "error", "poses", "y up", "convention opengl"),
+    "view matrices": (
+        lambda f: poses_with(f, lambda T: inverse(T @ OPENGL)),
+        "error",
+        "poses",
+        "inverted, with",
+        "convention opengl-view",
+    ),
+    "poses of a robot": (lambda f: poses_with(f, lambda T: T @ BODY.T), "error", "poses", "z up", "convention ros"),
+    "poses of Unity": (
+        lambda f: poses_with(f, lambda T: LEFT @ T @ LEFT),
+        "error",
+        "poses",
+        "left",
+        "convention unity",
+    ),
+    "w first": (lambda f: poses_with(f, with_w_first), "error", "poses", "w first", "convention w-first"),
     "poses roughly known": (lambda f: poses_with(f, scattered), "warning", "poses", "both see agrees", "few percent"),
     "poses in millimetres": (lambda f: poses_with(f, millimetres), "error", "poses", "1000", "millimetres"),
     "poses on another clock": (

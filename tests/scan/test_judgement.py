@@ -181,6 +181,12 @@ def test_the_verdict_is_the_worst_of_the_lights(word, plant):
     assert (failure(scan, "scan") is not None) == (word == "failed")
 
 
+def test_patches_off_the_surface_are_told_with_their_size():
+    scan = with_evidence(good_scan(), agreement=replace(contradicted(0.0), bent=0.0012))
+    said = light(scan, "Agreement")
+    assert said.level != "ok" and "1.20 mm" in said.reason and "contradict" not in said.reason
+
+
 def test_what_made_a_scan_fail_stands_first():
     scan = replace(with_evidence(good_scan(), agreement=contradicted(0.4)), wobble=0.05)
     assert "contradict the surface" in scan.turntable().reasons[0]

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fusion.commands.options.numbers import number, whole_number
+from fusion.commands.options.posed import add_pose_convention, stated_poses
 from fusion.commands.options.results import add_topic
 from fusion.errors import FusionError
 from fusion.quantity import SMOOTH, TRIANGLES, WALL
@@ -34,6 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--poses", type=Path, metavar="FILE", help="TUM trajectory instead of the recording's own poses"
     )
+    add_pose_convention(parser)
     parser.add_argument(
         "--camera", metavar="FILE", help="camera.json, a preset's name or fx,fy,cx,cy, instead of the recording's own"
     )
@@ -66,8 +68,10 @@ def check(options: argparse.Namespace) -> None:
     if not options.recorded and made.suffix.lower() != options.output.suffix.lower():
         do = "remove the link, or name the file itself"
         raise FusionError("the output is a link to a name of another ending", options.output, made.name, do=do)
-    if not options.recorded and (options.poses is not None or options.format != RECORDINGS[0]):
-        raise FusionError("--format and --poses are for recordings", options.input, "a mesh file", "a recording")
+    if not options.recorded and (options.poses or options.pose_convention or options.format != RECORDINGS[0]):
+        raise FusionError(
+            "--format, --poses and --pose-convention are for recordings", options.input, "a mesh file", "a recording"
+        )
     endings = [path.suffix.lower() for path in (options.input, options.output)]
     if options.unit is not None and (options.recorded or endings.count(".stl") != 1):
         found, expected = " to ".join(endings), "a mesh to or from .stl; others are metres"
@@ -84,15 +88,14 @@ def run(options: argparse.Namespace) -> None:
     """Convert a recording to one of another format, a mesh to another mesh format."""
     if options.recorded:
         from fusion.recording.formats.bags.write import write_mcap
-        from fusion.recording.native.trajectory_file import read_trajectory
         from fusion.recording.open import open_recording
         from fusion.recording.writing.convert import fill_conversion
         from fusion.recording.writing.folders import fill_open3d, fill_tum
         from fusion.recording.writing.nerfstudio import fill_nerfstudio
 
         recording = open_recording(options.input, options.camera, options.topic)
-        if options.poses is not None:
-            recording = replace(recording, poses=read_trajectory(options.poses))
+        if (poses := stated_poses(options.poses, options.pose_convention, recording)) is not None:
+            recording = replace(recording, poses=poses)
         if options.format == "mcap":
             with options.claim.file() as partial:
                 write_mcap(partial, recording)

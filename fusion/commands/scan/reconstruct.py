@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fusion.commands.options.numbers import number, whole_number
+from fusion.commands.options.posed import add_pose_convention, stated_poses
 from fusion.commands.options.results import made
 from fusion.commands.options.shown import FIRST_CAMERA, add_common, shown_box, shown_name, shown_sensor
 from fusion.commands.terminal.screen import took
@@ -31,6 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_common(parser, f"the world, which is {FIRST_CAMERA} unless --poses say another")
     add = parser.add_argument
     add("--poses", metavar="FILE", help="TUM trajectory to use instead of tracking; `stated`: the recording's own")
+    add_pose_convention(parser)
     add("--max-depth", type=number(MAX_DEPTH), metavar="M", help="leave out what is farther [m]")
     large = "for what does not fit: take about so much memory [GB], fuse space tile by tile; mesh.ply without colours"
     add("--memory", type=number(MEMORY), metavar="GB", help=large)
@@ -98,7 +100,7 @@ def _settings(options: argparse.Namespace, recording: "Recording") -> "Reconstru
 
     return ReconstructSettings(
         sensor=shown_sensor(options, recording.camera),
-        poses=None if options.poses is None else _poses(options.poses, recording),
+        poses=stated_poses(options.poses, options.pose_convention, recording),
         voxel=options.voxel,
         truncation=options.truncation,
         room=options.room,
@@ -107,17 +109,6 @@ def _settings(options: argparse.Namespace, recording: "Recording") -> "Reconstru
         color=not options.no_color,
         force=options.force,
     )
-
-
-def _poses(name: str, recording: "Recording") -> Any:
-    from fusion.errors import RecordingError
-    from fusion.recording.native.trajectory_file import read_trajectory
-
-    if name not in ("stated", "groundtruth"):
-        return read_trajectory(Path(name))
-    if recording.poses is None:
-        raise RecordingError("the recording states no poses", recording.path, do="pass a TUM trajectory with --poses")
-    return recording.poses
 
 
 def fill(

@@ -43,20 +43,20 @@ LARGEST = 1 << 20  # [B] of a file that is looked into for a camera
 CALIBRATIONS = (".yaml", ".yml", ".xml")  # endings of files by programs that calibrate
 
 
-def say_camera(like: str, folder: Path | None = None) -> str:
-    """What to do where a recording states no camera: a file that lies in its folder and holds one, or numbers, or a
-    preset, of which those `like` this name come first."""
+def say_camera(like: str, folder: Path | None = None, size: Size | None = None) -> str:
+    """What to do where a recording states no camera: a file that lies in its folder and holds one (of images of that
+    `size`, where it says none), or numbers, or a preset, of which those `like` this name come first."""
     numbers = "fx,fy,cx,cy (pixels; a fifth: counts per metre)"
     others = f"{numbers}, a camera.json or a preset, " + one_of(list(PRESETS), like)
-    lying = next(filter(_holds_a_camera, sorted(folder.iterdir()) if folder else ()), None)
+    lying = next((path for path in sorted(folder.iterdir()) if _holds_a_camera(path, size)), None) if folder else None
     return f"pass --camera {others}" if lying is None else f"pass --camera {lying} if depth is its, or {others}"
 
 
-def _holds_a_camera(path: Path) -> bool:
+def _holds_a_camera(path: Path, size: Size | None) -> bool:
     if path.suffix.lower() not in (".json", *CALIBRATIONS) or not path.is_file() or path.stat().st_size > LARGEST:
         return False
     try:
-        return bool(find_camera(path))
+        return bool(find_camera(path, size))
     except RecordingError:
         return False
 

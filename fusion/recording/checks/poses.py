@@ -1,4 +1,4 @@
-"""Do the stated poses fit the depth: the right way round, in the same unit?"""
+"""Do the stated poses fit the depth: the right way round, along the axes that are meant, in the same unit?"""
 
 from dataclasses import dataclass
 
@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from fusion.errors import RecordingError
+from fusion.geometry.conventions import CONVENTIONS
 from fusion.geometry.pose import Array, angle, inverse, transform
 from fusion.recording.looking.finding import Finding
 from fusion.recording.looking.sample import Sample
@@ -23,6 +24,7 @@ ASIDE = 1.0
 BETTER = 0.15
 # factors between the scales in use; 1000: poses in millimetres
 FACTORS = (1.0, 0.1, 0.2, 0.5, 2.0, 5.0, 10.0, 1000.0)
+STATED = "opencv"
 # frames to look ahead for one seen from elsewhere
 REACH = 200
 
@@ -64,7 +66,7 @@ class PosedPair:
 
 
 def check_poses(sample: Sample) -> list[Finding]:
-    """Poses that fit the depth better when inverted, or when the depth has another scale."""
+    """Poses that fit the depth better by another convention, or when the depth has another scale."""
     poses = sample.recording.poses
     if poses is None:
         return []
@@ -80,14 +82,14 @@ def check_poses(sample: Sample) -> list[Finding]:
     if not pairs:
         return [Finding("poses", "ok", f"{seen}; too little motion to judge them")]
     table = {
-        (turned, factor): float(np.mean([_warped(sample, pair, turned, factor).score for pair in pairs]))
-        for turned in (False, True)
+        (name, factor): float(np.mean([_warped(sample, pair, name, factor).score for pair in pairs]))
+        for name in CONVENTIONS
         for factor in FACTORS
     }
-    stated = table[False, 1.0]
+    stated = table[STATED, 1.0]
     # of doubts that explain it about as well, the one that changes least
     close = [key for key in table if table[key] > max(table.values()) - 0.05]
-    best = min(close, key=lambda key: (key[0] + (key[1] != 1), -table[key]))
+    best = min(close, key=lambda key: ((key[0] != STATED) + (key[1] != 1), -table[key]))
     if table[best] < 0.3 or table[best] < stated + BETTER:
         return [_fitting(seen, sample, pairs)]
     return _doubts(sample, *best, stated, table[best])
@@ -95,7 +97,7 @@ def check_poses(sample: Sample) -> list[Finding]:
 
 def _fitting(seen: str, sample: Sample, pairs: list[PosedPair]) -> Finding:
     """How well poses fit of which no better reading is known."""
-    warped = [_warped(sample, pair, False, 1.0) for pair in pairs]
+    warped = [_warped(sample, pair, STATED, 1.0) for pair in pairs]
     agreed = [w.beside(*_around(sample, pair.depth_j)) for w, pair in zip(warped, pairs, strict=True)]
     share = sum(agreed) / max(1, sum(len(w.z) for w in warped))
     within = f"{100 * TOLERANCE:.0f} % of the depth and {ASIDE:g} degree"
@@ -109,12 +111,13 @@ def _fitting(seen: str, sample: Sample, pairs: list[PosedPair]) -> Finding:
     return Finding("poses", "warning", told, do)
 
 
-def _doubts(sample: Sample, turned: bool, factor: float, stated: float, agreed: float) -> list[Finding]:
+def _doubts(sample: Sample, name: str, factor: float, stated: float, agreed: float) -> list[Finding]:
     seen = f"with them as stated the depth of two frames agrees by {100 * stated:.0f} %, by {100 * agreed:.0f} % "
     findings = []
-    if turned:
-        do = "they look like world to camera: invert them, camera to world is expected"
-        findings.append(Finding("poses", "error", seen + "with inverted poses", do))
+    if name != STATED:
+        found = CONVENTIONS[name]
+        do = f"they look like {found.meant}: `fusion convert` and `fusion reconstruct --poses` read them so with "
+        findings.append(Finding("poses", "error", seen + f"{found.seen}", f"{do}--pose-convention {name}"))
     if factor == 1000:
         do = "the poses look like millimetres: write them in metres"
         findings.append(Finding("poses", "error", seen + "with poses / 1000", do))
@@ -163,9 +166,10 @@ def _depth(sample: Sample, index: int) -> NDArray[np.float32] | None:
         return None
 
 
-def _warped(sample: Sample, pair: PosedPair, turned: bool, factor: float) -> Warped:
+def _warped(sample: Sample, pair: PosedPair, convention: str, factor: float) -> Warped:
     """Does the first frame's surface lie where the other sees it, with these poses?"""
-    T_j_i = pair.pose_j @ inverse(pair.pose_i) if turned else inverse(pair.pose_j) @ pair.pose_i
+    pose_i, pose_j = map(CONVENTIONS[convention].read, (pair.pose_i, pair.pose_j))
+    T_j_i = inverse(pose_j) @ pose_i
     depth, other = pair.depth_i * factor, pair.depth_j * factor
     valid = np.isfinite(depth)
     points = np.dstack([sample.rays * depth[..., None], depth])[valid]

@@ -106,9 +106,10 @@ def camera_in(folder: Path, depth: Sequence[str] = ()) -> Camera:
     """The camera beside the images of depth. Raises RecordingError: there is none, or one that cannot be used."""
     path = next((part(folder, name, RecordingError) for name in CAMERA_FILES if (folder / name).is_file()), None)
     if path is None:
-        size = "depth images of {} x {}, ".format(*image_size(folder / depth[0])) if depth else ""
-        do = say_camera("primesense", folder)
-        raise RecordingError("the recording has no camera", folder, size + "no intrinsic.json", "intrinsics", do)
+        size = partial(image_size, folder / depth[0]) if depth else None
+        found = "depth images of {} x {}, ".format(*size()) if size else ""
+        do = say_camera("primesense", folder, size)
+        raise RecordingError("the recording has no camera", folder, found + "no intrinsic.json", "intrinsics", do)
     return camera_of_others(Content(read_json(path, RecordingError), path, "the camera", RecordingError))
 
 

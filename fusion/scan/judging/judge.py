@@ -72,16 +72,21 @@ def _agreement(scan: "Scan") -> Light:
     """What single frames see against the surface that all of them made."""
     found = scan.evidence.agreement
     bent = found.bent / _expected(scan)
-    judged = max(level(found.against, AGAINST), level(bent, BENT) if np.isfinite(bent) else "ok", key=LEVELS.index)
+    contradicted = level(found.against, AGAINST)
+    judged = max(contradicted, level(bent, BENT) if np.isfinite(bent) else "ok", key=LEVELS.index)
     if judged == "ok":
         return Light("ok", "Agreement", "Single frames see the surface where it is.")
-    before, through, missing = (float(np.mean(x)) for x in (found.before, found.through, found.missing))
-    said = f"Single frames contradict the surface in {found.against:.0%} of what they show (median): they see"
-    said += (
-        f" something before it ({before:.0%}), look through it ({through:.0%}), or show what it lacks ({missing:.0%})"
-    )
-    do = "Look for surfaces that are doubled: give --step or --box where the turns or the object were not found, and "
-    do += "record in steps below 20 degrees with nothing else moving."
+    said = f"Patches of single frames lie {found.bent * 1e3:.2f} mm (rms) off the surface that all of them made, "
+    said += f"where the noise of a pixel is {_expected(scan) * 1e3:.2f} mm"
+    do = "The object was moved or bends, or the depth is wrong: fix it to the plate, and record in even light; and "
+    do += "calibrate the depth (fusion calibrate depth)."
+    if contradicted != "ok":
+        before, through, missing = (float(np.mean(x)) for x in (found.before, found.through, found.missing))
+        said = f"Single frames contradict the surface in {found.against:.0%} of what they show (median): they see "
+        said += f"something before it ({before:.0%}), look through it ({through:.0%}), or show what it lacks "
+        said += f"({missing:.0%})"
+        do = "Look for surfaces that are doubled: give --step or --box where the turns or the object were not found, "
+        do += "and record in steps below 20 degrees with nothing else moving."
     if (span := 360 - _gap(scan)) < STILL:
         do = f"Nothing turns: all views lie within {span:.0f} deg. fusion reconstruct follows a camera that moves, and "
         do += "with --box a thing that a hand moves."

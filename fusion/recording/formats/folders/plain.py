@@ -53,7 +53,7 @@ def read(folder: Path, camera: Camera | None) -> Recording:
             folder,
             f"{len(names)} depth images of {width} x {height} alone",
             "a camera",
-            say_camera("primesense", folder),
+            say_camera("primesense", folder, lambda: (width, height)),
         )
     real = _is_real(first)
     if not camera.width:
