@@ -113,8 +113,8 @@ def _step(fit: PartsFit, k: int, candidates: Sequence[Candidate], spreads: Vecto
 def _alike(fit: PartsFit, part: EffectPart, candidates: Sequence[Candidate], aim: Aim, form: float) -> tuple[str, ...]:
     """Names that explain the recordings as well as a part does, beside the other parts.
 
-    As well: no recording tells clearly which it is, or what the rival lacks is less than laws of a catalogue are off.
-    One that would have to be larger than it can be is no rival.
+    As well: no recording tells clearly which it is, or what the rival lacks is less than laws of a catalogue are off,
+    of all and of what poses must make good. One that would have to be larger than it can be is no rival.
 
     Args:
         form: share of a part's gain that may be a matter of its form.
@@ -135,8 +135,9 @@ def _alike(fit: PartsFit, part: EffectPart, candidates: Sequence[Candidate], aim
         white = fit.covariance.whiten(other.columns * share[:, None]) if part.candidate.where else other.white
         rival = space.of(white)
         found = scored(other, rival, fitted)
-        like = power - found.gain <= form * power and _as_to_poses(fit, fitted, rival @ found.weights, form)
-        as_well = like or scored(other, rival, target).gain > own - clear
+        near = power - found.gain <= form * power
+        as_well = scored(other, rival, target).gain > own - clear
+        as_well = as_well or (near and _as_to_poses(fit, fitted, rival @ found.weights, form))
         can_be = np.isfinite(found.score) and not EffectPart(other, found.weights).at_bound(fit.observations)
         if as_well and can_be and _alike_everywhere(whole, other, space):
             out[other.name] = None
@@ -144,8 +145,7 @@ def _alike(fit: PartsFit, part: EffectPart, candidates: Sequence[Candidate], aim
 
 
 def _as_to_poses(fit: PartsFit, fitted: Vector, rival: Vector, form: float) -> bool:
-    """True where a rival asks of the poses what the part does, but for a share `form` of it: they were measured, and
-    are no matter of the form of a law, however small a part of its chi2 they are."""
+    """True where a rival asks of the poses, which were measured, what the part does, but for a share `form` of it."""
     poses = np.column_stack(pose_columns(fit.observations)).T
     asked, more = (float(np.sum((poses @ fit.covariance.pulled(one)) ** 2)) for one in (fitted, fitted - rival))
     return more <= max(SURE, form * asked)
