@@ -1,7 +1,7 @@
 """Held out: frames that take no part in any fit, and how well a sensor model predicts their mean."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -74,4 +74,4 @@ def held_out_of(blocks: Sequence[FrameBlock], sensor: Sensor, others: Observatio
     share = sum(len(block.frames) for block in held) / max(sum(len(block.frames) for block in blocks), 1)
     if seen is None or not len(seen.residual):
         return HeldOut(None, share)
-    return HeldOut(seen if others is None else seen.as_loose_as(others), share)
+    return HeldOut(seen if others is None else replace(seen, loose=others.loose), share)

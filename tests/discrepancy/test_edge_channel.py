@@ -135,6 +135,19 @@ def test_one_edge_does_not_tell_how_fat_it_is_and_two_do():
     assert step.std["window_px"] < 0.5
 
 
+def test_what_light_decides_at_edges_parts_by_black_and_white():
+    grey = observed("itof", MixedPixels(fill=0.8), sides=2)
+    (step,) = edge_steps(grey)[1]
+    step = replace(step, alike=("defocus",))
+    assert "black thing before a white wall" in edges_next(grey, step)
+    patches = []
+    for patch in grey.patches:
+        dark = replace(patch.block.view.edges, light=np.where(patch.block.view.edges.jump > 0, 8.0, 1 / 8))
+        view = replace(patch.block.view, edges=dark)
+        patches.append(replace(patch, block=replace(patch.block, view=view), view=replace(patch.view, edges=dark)))
+    assert "from more places" in edges_next(replace(grey, patches=tuple(patches)), step)
+
+
 def test_frames_that_shake_are_no_edges_that_jump():
     """All rows move together: a shaken camera; each for itself: an effect."""
     for shaken in (0.1, 0.3, 1.0):

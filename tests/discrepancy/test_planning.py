@@ -50,13 +50,14 @@ def test_brightness_is_parted_from_distance_by_what_changes_the_light():
     assert found.proposal is not None and found.proposal.choice.name in ("light", "patches", "card")
 
 
-def test_twins_that_nothing_parts_are_said_to_stay_twins():
-    """An offset of all lengths and a path inside all materials are one formula."""
+def test_an_offset_is_parted_from_a_path_inside_all_materials_by_a_sheet_of_paper():
+    """On a wall of which nobody said what it is made of they are one formula."""
     plans, observations, covariance, candidates = known("itof")
     offset = DepthOffset(offset=0.002)
     white = covariance.whiten(observations.columns([offset])[:, 0])
     found = plans.to_part(Claimed(offset, white), rivals_of(["subsurface_scattering"], candidates))
-    assert found.proposal is None and found.left == ("subsurface_scattering",)
+    assert found.proposal is not None and found.proposal.choice.name == "slab" and found.proposal.choice.switch
+    assert found.parted == ("subsurface_scattering",) and found.proposal.sigma > 5
 
 
 def test_what_does_not_show_here_is_given_a_recording_that_shows_it():

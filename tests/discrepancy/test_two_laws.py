@@ -6,9 +6,8 @@ from made_up_walls import looks_at, sensor_of
 from fusion.discrepancy.inference.tile_covariance import covariance_of
 from fusion.discrepancy.naming.effect_part import EffectPart
 from fusion.discrepancy.naming.naming import MOST_NAMES
-from fusion.discrepancy.naming.partial_residual import partial_residual
 from fusion.discrepancy.naming.plain_pairs import like_two
-from fusion.discrepancy.naming.refit import PartsFit, refitted
+from fusion.discrepancy.naming.refit import PartsFit, partial_residual, refitted
 from fusion.discrepancy.naming.search.candidates import Candidate, candidate_of, candidates_of
 from fusion.discrepancy.naming.search.models import rearranged
 from fusion.discrepancy.observe.observations import observe

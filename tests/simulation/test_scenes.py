@@ -15,6 +15,7 @@ from fusion.recording.looking.inspect import inspect
 from fusion.recording.native.trajectory_file import read_trajectory
 from fusion.recording.open import open_recording
 from fusion.sensor.effects.light.subsurface_scattering import SubsurfaceScattering
+from fusion.sensor.effects.phase.motion_artifact import MotionArtifact
 from fusion.sensor.presets import preset
 from fusion.sensor.sensor import Sensor
 from fusion.simulation.scenes import SCENES, about, built_in, settings_of
@@ -195,6 +196,14 @@ def test_only_a_bare_slab_lets_light_in():
     middle, rim = np.s_[bare.shape[0] // 2, bare.shape[1] // 2], np.s_[5, 5]
     assert bare[middle] == pytest.approx(0.01, abs=0.0005) and abs(bare[rim]) < 0.0005
     assert np.nanmax(np.abs(covered)) < 0.0005
+
+
+def test_a_wall_comes_nearer_while_frames_are_taken():
+    frames = list(simulate(scene("approach", frames=4, near_m=0.9, far_m=1.2), Sensor(principle="itof")).frames())
+    assert [float(np.median(frame.depth)) for frame in frames] == pytest.approx([1.2, 1.1, 1.0, 0.9], abs=1e-3)
+    late = Sensor(principle="itof", effects=(MotionArtifact(duration=0.02),))
+    moved = next(simulate(scene("approach", frames=4, near_m=0.9, far_m=1.2), late).frames()).depth - frames[0].depth
+    assert 0.0005 < abs(float(np.median(moved))) < 0.01  # 3 m/s for 20 ms / 8, times the cosine of twice the phase
 
 
 def test_the_sensor_warms_up_over_fifty_minutes():

@@ -8,8 +8,7 @@ from scipy.optimize import nnls
 from scipy.special import chdtrc
 
 from fusion.discrepancy.decisions import LOST_BY_CHANCE, REPLICATED
-from fusion.discrepancy.naming.evidence import inflation
-from fusion.discrepancy.unknown.elsewhere import gain_elsewhere, weights_of
+from fusion.discrepancy.naming.evidence import gain_elsewhere, inflation, weights_of
 from fusion.discrepancy.unknown.unrestricted import hats, knots_of
 from fusion.geometry.robust import robust_std
 

@@ -25,6 +25,7 @@ SIZES = np.geomspace(1 / 8, 8, 13)  # of a typical size, that are tried
 MOST_STEPS = 2
 MOST_SHAKEN_PX = 0.5  # from frame to frame: beyond, mean and scatter of a pixel are of no place
 LARGEST_SET = 3  # names that a claim may have: more of them name nothing
+CONTRAST = 4.0  # of the light across an edge: paint makes that, and no distance (guess)
 ONE = 0.8  # of all gain, that one placement may bring
 
 
@@ -144,6 +145,10 @@ def edges_next(observations: Observations, step: ChannelStep) -> str:
         return ""
     if not places.opposite:
         return "the same thing with two opposite edges in the picture: one alone may as well stand elsewhere"
+    light = np.concatenate([np.ravel(rims.patch.view.edges.light) for rims in places.rims if rims.patch.view.edges])
+    lit = step.effect is not None and "amplitude" in step.effect.variables
+    if lit and not np.any(np.abs(np.log(np.maximum(light, 1e-3))) > np.log(CONTRAST)):
+        return "the same edges of a black thing before a white wall, and of a white one before a black wall"
     return "the same edges from more places: nearer and farther, at other slants, level and upright"
 
 

@@ -6,19 +6,19 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.decisions import ALIKE, REPLICATED, SURE
+from fusion.discrepancy.decisions import ALIKE, SURE
 from fusion.discrepancy.inference.identifiability import ROOMY
+from fusion.discrepancy.inference.tile_covariance import MeasuredTiles, pose_columns
 from fusion.discrepancy.naming.effect_part import EffectPart
-from fusion.discrepancy.naming.evidence import by_chance, inflation, left_out_gain, replicated_share
+from fusion.discrepancy.naming.evidence import by_chance, inflation
 from fusion.discrepancy.naming.heterogeneity import FORM, form_of
 from fusion.discrepancy.naming.intervals import spreads_of
-from fusion.discrepancy.naming.partial_residual import partial_residual
 from fusion.discrepancy.naming.plain_pairs import like_two
-from fusion.discrepancy.naming.refit import PartsFit, shapes_of
+from fusion.discrepancy.naming.refit import PartsFit, partial_residual, shapes_of
 from fusion.discrepancy.naming.search.candidates import Candidate
 from fusion.discrepancy.naming.search.score import scored
 from fusion.discrepancy.naming.search.space import Aim, Space
-from fusion.discrepancy.naming.search.step import NextPart, of_time
+from fusion.discrepancy.naming.search.step import NextPart, held_out_gain
 from fusion.sensor.effect import Effect
 from fusion.sensor.where import Bound, inside
 
@@ -96,7 +96,7 @@ def _step(fit: PartsFit, k: int, candidates: Sequence[Candidate], spreads: Vecto
         part.candidate,
         part.effect(fit.observations),
         own.gain,
-        _held_out(fit, part, seen, target, own.gain),
+        held_out_gain(part, MeasuredTiles(fit.observations, fit.covariance), seen, target, own.gain),
         probability,
         _alike(fit, part, candidates, Aim(space, target), form_of(fit, k)),
         float(np.linalg.norm(spreads[weights] * np.linalg.norm(seen, axis=0))) / max(length, 1e-12)
@@ -110,20 +110,11 @@ def _step(fit: PartsFit, k: int, candidates: Sequence[Candidate], spreads: Vecto
     )
 
 
-def _held_out(fit: PartsFit, part: EffectPart, seen: Matrix, target: Vector, gain: float) -> float:
-    if fit.observations.sensor.effect(part.name) is not None:
-        return gain * replicated_share(part.candidate, fit.observations.place, fit.covariance, target)
-    share = left_out_gain(seen, target, fit.observations.replicate, part.size)
-    if of_time(part.candidate) and share < REPLICATED * gain:
-        return left_out_gain(seen, target, fit.observations.block_number, part.size)
-    return share
-
-
 def _alike(fit: PartsFit, part: EffectPart, candidates: Sequence[Candidate], aim: Aim, form: float) -> tuple[str, ...]:
     """Names that explain the recordings as well as a part does, beside the other parts.
 
-    As well: no recording tells clearly which it is, or what the rival lacks is less than laws of a catalogue are off.
-    One that would have to be larger than it can be is no rival.
+    As well: no recording tells clearly which it is, or what the rival lacks is less than laws of a catalogue are off,
+    of all and of what poses must make good. One that would have to be larger than it can be is no rival.
 
     Args:
         form: share of a part's gain that may be a matter of its form.
@@ -144,12 +135,20 @@ def _alike(fit: PartsFit, part: EffectPart, candidates: Sequence[Candidate], aim
         white = fit.covariance.whiten(other.columns * share[:, None]) if part.candidate.where else other.white
         rival = space.of(white)
         found = scored(other, rival, fitted)
-        lacks = power - found.gain
-        as_well = lacks <= form * power or scored(other, rival, target).gain > own - clear
+        near = power - found.gain <= form * power
+        as_well = scored(other, rival, target).gain > own - clear
+        as_well = as_well or (near and _as_to_poses(fit, fitted, rival @ found.weights, form))
         can_be = np.isfinite(found.score) and not EffectPart(other, found.weights).at_bound(fit.observations)
         if as_well and can_be and _alike_everywhere(whole, other, space):
             out[other.name] = None
     return tuple(out)
+
+
+def _as_to_poses(fit: PartsFit, fitted: Vector, rival: Vector, form: float) -> bool:
+    """True where a rival asks of the poses, which were measured, what the part does, but for a share `form` of it."""
+    poses = np.column_stack(pose_columns(fit.observations)).T
+    asked, more = (float(np.sum((poses @ fit.covariance.pulled(one)) ** 2)) for one in (fitted, fitted - rival))
+    return more <= max(SURE, form * asked)
 
 
 def _together(fit: PartsFit, part: EffectPart, candidates: Sequence[Candidate], space: Space) -> tuple[str, ...]:

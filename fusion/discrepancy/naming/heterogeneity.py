@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.naming.evidence import inflation
-from fusion.discrepancy.naming.partial_residual import partial_residual
-from fusion.discrepancy.naming.refit import PartsFit
+from fusion.discrepancy.naming.refit import PartsFit, partial_residual
 from fusion.discrepancy.naming.search.score import usual_size
 from fusion.discrepancy.unknown.unrestricted import covariates
 

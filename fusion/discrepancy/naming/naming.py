@@ -11,8 +11,7 @@ from fusion.discrepancy.inference.tile_covariance import TileCovariance
 from fusion.discrepancy.naming.assessment import Step, judged, judged_next
 from fusion.discrepancy.naming.effect_part import EffectPart
 from fusion.discrepancy.naming.established import LIKELY, gain_of, is_faint, weak_of, without_faint
-from fusion.discrepancy.naming.partial_residual import partial_residual
-from fusion.discrepancy.naming.refit import PartsFit, refitted
+from fusion.discrepancy.naming.refit import PartsFit, partial_residual, refitted
 from fusion.discrepancy.naming.search.candidates import Candidate, candidate_of
 from fusion.discrepancy.naming.search.models import rearranged, score_of
 from fusion.discrepancy.naming.search.review import reviewed

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from fusion.discrepancy.inference.tile_covariance import TileCovariance
 from fusion.discrepancy.naming.effect_part import EffectPart, model_of
 from fusion.discrepancy.naming.search.candidates import candidate_of
+from fusion.discrepancy.naming.search.space import Aim, space_beside
 from fusion.discrepancy.observe.observations import Observations
 from fusion.sensor.parameter import parameters
 from fusion.sensor.sensor import Sensor
@@ -42,14 +43,14 @@ class PartsFit:
         power = (self.columns**2).sum(axis=0)
         return np.asarray(self.columns.T @ self.columns + np.diag(self.prior + RIDGE * np.maximum(power, 1e-300)))
 
-    def shapes(self, k: int) -> Matrix:
-        """(n, s) change per logarithm of the shapes of one part."""
-        return self.columns[:, self.places[k][1]]
 
-    def others(self, k: int | None) -> tuple[list[EffectPart], list[Matrix]]:
-        """The parts without one of them, and the columns of their shapes."""
-        rest = [i for i in range(len(self.parts)) if i != k]
-        return [self.parts[i] for i in rest], [self.shapes(i) for i in rest]
+def partial_residual(fit: PartsFit, k: int | None) -> Aim:
+    """What stays to be explained beside the parts (without part k), and the residual there (with part k's share)."""
+    rest = [i for i in range(len(fit.parts)) if i != k]
+    shapes = [fit.columns[:, fit.places[i][1]] for i in rest]
+    space = space_beside([fit.parts[i] for i in rest], shapes, len(fit.white))
+    residual = fit.white if k is None else fit.white + fit.parts[k].footprint
+    return Aim(space, np.asarray(space.of(residual)))
 
 
 def refitted(parts: Sequence[EffectPart], observations: Observations, covariance: TileCovariance) -> PartsFit:

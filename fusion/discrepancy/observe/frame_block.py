@@ -29,7 +29,7 @@ from fusion.simulation.rendering.render import Channels, view_of
 TOGETHER_S = 10.0  # frames within this time are one block: nothing warms up or drifts that fast
 MOST_BLOCKS = 20  # a longer series is grouped
 HELD_OUT = 3  # one frame in three takes no part in the fit
-SCENE_FRAMES = 16  # of a block, in which what stays there is looked for
+SCENE_FRAMES = 16  # of a block, in which what stays there is looked for, and what swings
 LONG = 6  # blocks of a recording that make it a series
 
 
@@ -65,6 +65,7 @@ class FrameBlock:
     course: TileCourse | None = None  # how its tiles went from frame to frame; None of single frames
     # standard deviations [rad], [m] of the motions of its frames; empty of a camera that stood still
     shaken: tuple[float, ...] = ()
+    times: tuple[float, ...] = ()  # [s] of its frames, or of some of many; empty where all are as in its middle
     passed: int = 0  # number of frames, with those held out, before which something passes: it is out of them
     # likely error of the pose, as a motion (6,) of the scene in the camera frame [rad, m]; tiles are linear in errors
     # about this one. Empty where it is too small to matter.
@@ -208,6 +209,7 @@ def _measured(
         alike=series.alike,
         prints=frozenset(prints - {b""}),
         course=None if tiles is None or series.course is None else TileCourse(tiles, series.course, series.seen),
+        times=tuple(stage.recording.timestamps[list(frames[:: -(-len(frames) // SCENE_FRAMES)])].tolist()),
         passed=passed,
     )
 

@@ -18,6 +18,7 @@ from fusion.geometry.pose import Array, angle, inverse
 from fusion.recording.ahead import side_by_side
 from fusion.sensor.effect import Effect
 from fusion.sensor.laws.surface import moved_beyond
+from fusion.sensor.parameter import parameters
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import Image, View
 from fusion.sensor.where import VARIABLES
@@ -72,7 +73,9 @@ class Patch:
     def change(self, effect: Effect) -> Image:
         """By how much (h, w) an effect changes what is seen behind the rounding, to first order, in native units."""
         with np.errstate(all="ignore"):
-            return np.asarray(effect.change(self.depth, self.view) * self.native * self._passed)
+            seen = frame_views(self.block, self.view, (effect,))
+            mean = np.mean([effect.change(self.depth, one) for one in seen], axis=0)
+            return np.asarray(mean * self.native * self._passed)
 
     @cached_property
     def unrounded(self) -> Unrounded | None:
@@ -196,10 +199,6 @@ class Observations:
         """The same tiles of blocks that differ in what is known of their poses only."""
         return replace(self, patches=tuple(replace(p, block=k) for p, k in zip(self.patches, blocks, strict=True)))
 
-    def as_loose_as(self, others: "Observations") -> "Observations":
-        """The same with what follows no law in others of these recordings."""
-        return replace(self, loose=others.loose)
-
     @property
     def looseness(self) -> NDArray[np.float64]:
         """(n,) by how much scatter and drift are larger in the recording of each tile than usual."""
@@ -253,7 +252,10 @@ def predicted(sensor: Sensor, block: FrameBlock) -> Predicted:
     # rounding is the last that happens to a depth
     rounding = next((effect for effect in sensor.effects if effect.lattice), None)
     others = tuple(effect for effect in sensor.effects if effect is not rounding)
-    mean, sigma = replace(sensor, effects=others).repeated(depth, block.view)
+    before = replace(sensor, effects=others)
+    means, sigmas = zip(*[before.repeated(depth, one) for one in frame_views(block, block.view, others)], strict=True)
+    # what swings from frame to frame is a part of their spread
+    mean, sigma = np.mean(means, axis=0), np.hypot(np.sqrt(np.mean(np.square(sigmas), axis=0)), np.std(means, axis=0))
     if rounding is not None:
         view = sensor.seen(block.view)
         steps = Unrounded.of(sensor, rounding, mean, sigma, block.std, view)
@@ -264,6 +266,14 @@ def predicted(sensor: Sensor, block: FrameBlock) -> Predicted:
         return Predicted(mean, sigma, steps)
     spread = sigma if block.given.spread is None else np.hypot(sigma, block.given.spread)
     return Predicted(mean + block.given.offset, spread, steps)
+
+
+def frame_views(block: FrameBlock, view: View, effects: Sequence[Effect]) -> list[View]:
+    """A view of a block at the time of each of its frames, where an effect swings the depth; else the one of all."""
+    swinging = (effect for effect in effects if effect.changes("bias"))
+    swings = any(about.unit == "Hz" for effect in swinging for about in parameters(effect).values())
+    times = block.times if swings else ()
+    return [replace(view, moment=replace(view.moment, time=time)) for time in times] or [view]
 
 
 def views_of(poses: Sequence[Array]) -> list[int]:

@@ -9,7 +9,7 @@ import numpy as np
 from fusion.geometry.pose import Array
 from fusion.simulation.scene.course import looking_at
 from fusion.simulation.scene.scene import Scene
-from fusion.simulation.scenes.panel import before, corner, near_card, step, upright, wall
+from fusion.simulation.scenes.panel import before, corner, near_card, slab, step, upright, wall
 from fusion.simulation.scenes.patches import patches
 
 COLD_S, WARM_S = 30.0, 6000.0  # a few seconds after switching on, and long after all is warm
@@ -96,6 +96,10 @@ def _card() -> list[Setup]:
     return [Setup(near_card(card=card), before(2.0), 0) for card in (False, True)]
 
 
+def _covered() -> list[Setup]:
+    return [Setup(slab(covered=covered), before(0.8), 0) for covered in (False, True)]
+
+
 def _dimmed() -> list[Setup]:
     return [Setup(_papers(), before(1.2), 0, light=light) for light in (1.0, 0.2)]
 
@@ -117,6 +121,10 @@ MENU = (
     ),
     Choice(
         "card", "near card switch: a wall at 2 m, with and without a white card close to the camera", 5.0, True, _card
+    ),
+    Choice(
+        "slab", "material switch: a slab of soap, wax or marble against a wall of paper, bare and with a sheet of "
+        "paper over it, and marked as translucent in its mesh", 10.0, True, _covered,
     ),
     Choice(
         "cloth", "corner switch: two walls that meet, with the second one bare and covered with black cloth",

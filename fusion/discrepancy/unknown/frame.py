@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from fusion.discrepancy.inference.shapes import surface
 from fusion.discrepancy.inference.tile_covariance import TileCovariance
+from fusion.discrepancy.naming.evidence import gain_elsewhere
 from fusion.discrepancy.observe.observations import Observations
-from fusion.discrepancy.unknown.elsewhere import gain_elsewhere
 
 Vector = NDArray[np.float64]
 

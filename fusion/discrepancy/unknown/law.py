@@ -11,10 +11,9 @@ from scipy.special import chdtrc
 
 from fusion.discrepancy.decisions import REPLICATED
 from fusion.discrepancy.inference.tile_covariance import MeasuredTiles, TileCovariance
-from fusion.discrepancy.naming.evidence import inflation
+from fusion.discrepancy.naming.evidence import gain_elsewhere, inflation, weights_of
 from fusion.discrepancy.naming.search.step import WITHIN
 from fusion.discrepancy.observe.observations import Observations
-from fusion.discrepancy.unknown.elsewhere import gain_elsewhere, weights_of
 from fusion.discrepancy.unknown.search import WORTH, TermColumns, best_term
 from fusion.discrepancy.unknown.smooth import smooth_table
 from fusion.discrepancy.unknown.table import TermTables, pixel_columns, table_of, unit_of

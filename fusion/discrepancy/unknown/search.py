@@ -10,7 +10,7 @@ from scipy.optimize import minimize_scalar
 
 from fusion.discrepancy.inference.sizes import orthonormal
 from fusion.discrepancy.inference.tile_covariance import MeasuredTiles
-from fusion.discrepancy.unknown.elsewhere import gain_elsewhere
+from fusion.discrepancy.naming.evidence import gain_elsewhere
 from fusion.discrepancy.unknown.families import shapes_of
 from fusion.discrepancy.unknown.terms import UnknownTerm
 from fusion.recording.ahead import side_by_side

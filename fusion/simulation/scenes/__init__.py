@@ -9,7 +9,7 @@ import numpy as np
 from fusion.errors import FusionError, SceneError
 from fusion.simulation.scene.scene import Scene
 from fusion.simulation.scenes.boards import charuco, checkerboard
-from fusion.simulation.scenes.panel import corner, near_card, slab, step, wall, warm_up
+from fusion.simulation.scenes.panel import approach, corner, near_card, slab, step, wall, warm_up
 from fusion.simulation.scenes.patches import patches
 from fusion.simulation.scenes.room import room
 from fusion.simulation.scenes.target import target
@@ -17,6 +17,7 @@ from fusion.simulation.scenes.turntable import turntable
 
 SCENES: dict[str, Callable[..., Scene]] = {
     "wall": wall,
+    "approach": approach,
     "target": target,
     "step": step,
     "corner": corner,

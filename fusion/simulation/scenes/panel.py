@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from fusion.errors import SceneError
 from fusion.geometry.pose import Array
 from fusion.mesh.mesh import Mesh
-from fusion.simulation.scene.course import looking_at, stamps, standing
+from fusion.simulation.scene.course import SimulatedCourse, looking_at, stamps, standing
 from fusion.simulation.scene.scene import TRANSLUCENT, Part, Scene, StatedPoses
 
 SURVEY_M, SURVEY_RAD = 0.0005, 0.0005  # guess: a good total station and a careful mount
@@ -57,6 +57,19 @@ def wall(
         poses=StatedPoses("surveyed", sigma_m, sigma_rad),
         ambient_lux=ambient_lux,
         telemetry={"distance_m": np.repeat([float(d) for d, _ in placements], frames)},
+    )
+
+
+def approach(near_m: float = 0.6, far_m: float = 1.2, frames: int = 30, tilt_deg: float = 0.0) -> Scene:
+    """a flat wall that the camera rolls towards on a rail, from far to near, at 30 frames a second"""
+    times = stamps(frames, 1 / 30, WARM_S)
+    places = [before(d, tilt_deg) for d in np.linspace(far_m, near_m, frames)]
+    return Scene(
+        name="approach",
+        parts=(upright((-20.0, 20.0), (-10.0, 10.0), 0.0, 0.8),),
+        course=SimulatedCourse(times, np.array(places), continuous=True),
+        poses=StatedPoses("surveyed", SURVEY_M, SURVEY_RAD),
+        ambient_lux=300.0,
     )
 
 

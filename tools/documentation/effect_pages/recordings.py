@@ -109,6 +109,10 @@ SERIES = {
         "degrees above, with the angles that the table states",
         tuple(_take("turntable", frames=36, turns=1, elevation_deg=e, scale=3, distance_m=0.8) for e in (15, 35)),
     ),
+    "approach": Series(
+        "a flat wall that the camera rolls towards on a rail at 0.6 m/s, from 2.4 to 0.6 m, at 30 frames a second",
+        tuple(_take("approach", near_m=d, far_m=d + 0.6) for d in (0.6, 1.2, 1.8)),
+    ),
     "walk": Series(
         "a room of known shape that the camera sweeps through at 30 frames a second, three times",
         tuple(_take("room", frames=30, sweep_deg=s) for s in (30, 40, 50)),
@@ -146,7 +150,7 @@ ADVICE = {
     "mixed_pixels": ("steps", "contrast"),
     "pixel_crosstalk": ("papers", "strip"),
     "sensor_interference": ("minute",),
-    "motion_artifact": ("walk",),
+    "motion_artifact": ("approach",),
     "cyclic_error": ("walls",),
     "amplitude_error": ("papers", "walls"),
     "column_delay": ("walls",),

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from fusion.discrepancy.decisions import REPLICATED, SURE
 from fusion.discrepancy.naming.effect_part import FIELD, EffectPart
 from fusion.discrepancy.naming.evidence import left_out_gain
-from fusion.discrepancy.naming.partial_residual import partial_residual
-from fusion.discrepancy.naming.refit import PartsFit, refitted, shapes_of
+from fusion.discrepancy.naming.refit import PartsFit, partial_residual, refitted, shapes_of
 from fusion.discrepancy.naming.search.candidates import Candidate
 from fusion.discrepancy.naming.search.score import possible, scored
 from fusion.discrepancy.naming.search.step import SIMPLER, of_time

@@ -7,8 +7,7 @@ import numpy as np
 from fusion.discrepancy.decisions import SURE
 from fusion.discrepancy.inference.tile_covariance import MeasuredTiles
 from fusion.discrepancy.naming.effect_part import EffectPart
-from fusion.discrepancy.naming.partial_residual import partial_residual
-from fusion.discrepancy.naming.refit import PartsFit, refitted
+from fusion.discrepancy.naming.refit import PartsFit, partial_residual, refitted
 from fusion.discrepancy.naming.search.bounds import tweaked
 from fusion.discrepancy.naming.search.candidates import Candidate, candidate_of
 from fusion.discrepancy.naming.search.region import region_variables

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from fusion.discrepancy.decisions import FALSE_ALARM, REPLICATED, SECOND_CAUSE, SURE
-from fusion.discrepancy.inference.tile_covariance import TileCovariance
+from fusion.discrepancy.inference.tile_covariance import MeasuredTiles, TileCovariance
 from fusion.discrepancy.naming.effect_part import EffectPart, is_field
 from fusion.discrepancy.naming.evidence import by_chance, left_out_gain, replicated_share
 from fusion.discrepancy.naming.search.candidates import Candidate, candidate_of
@@ -71,12 +71,19 @@ def best_part(
     part = EffectPart(candidate, result.weights, result.size)
     seen = space.of(candidate.white)
     probability = by_chance(result, seen @ result.weights, target, tried)
-    held_out = left_out_gain(seen, target, observations.replicate, result.size)
-    if held_out < REPLICATED * result.gain and of_time(candidate):
-        held_out = left_out_gain(seen, target, observations.block_number, result.size)
-    if candidate.name in held:
-        held_out = result.gain * replicated_share(candidate, observations.place, covariance, target)
+    held_out = held_out_gain(part, MeasuredTiles(observations, covariance), seen, target, result.gain)
     return NextPart(part, result.gain, result.score, held_out, probability)
+
+
+def held_out_gain(part: EffectPart, measured: MeasuredTiles, seen: Matrix, target: Vector, gain: float) -> float:
+    """Drop of the chi2 by columns (n, k) of a part in recordings, or blocks of a series, that are left out in turn."""
+    observations, covariance = measured
+    if observations.sensor.effect(part.name) is not None:
+        return gain * replicated_share(part.candidate, observations.place, covariance, target)
+    share = left_out_gain(seen, target, observations.replicate, part.size)
+    if share < REPLICATED * gain and of_time(part.candidate):
+        return left_out_gain(seen, target, observations.block_number, part.size)
+    return share
 
 
 def _prior(candidate: Candidate, held: set[str]) -> float:
