@@ -39,9 +39,9 @@ class DifferingPlace:
     """The largest piece of the surface at which scans lie far further apart than elsewhere."""
 
     share: float  # of the surface
-    centre: Array  # (3,) on the mean surface [m]
-    across: float  # diagonal of the box about it [m]
-    height: float  # what the scans are apart there at most [m]
+    centre_m: Array  # (3,) on the mean surface [m]
+    across_m: float  # diagonal of the box about it [m]
+    height_m: float  # what the scans are apart there at most [m]
     scan: int  # index of the one that is furthest from the mean there
 
 
@@ -64,7 +64,8 @@ def _against(surface: SurfaceSamples, own: Array, others: Array, scans: int) -> 
              if np.isfinite(away := difference(others[:, i], others[:, j]))]  # fmt: skip
     if not off or not pairs:
         return None
-    apart, i, j = sorted(pairs)[(len(pairs) - 1) // 2]
+    pairs.sort()
+    apart, i, j = pairs[(len(pairs) - 1) // 2]
     a, b = others[:, i], others[:, j]
     chance = _chance(own - (a + b) / 2, a - b, scans, others.shape[1] - 1)
     middle, far = float(np.median(off)), 0.0

@@ -59,7 +59,7 @@ def _alike(found: Repeat) -> Light:
         share = away / float(np.linalg.norm(np.ptp(found.spread.at.points, axis=0)))
         judged = level(share, OF_SIZE)
         said = (
-            f"The two differ by {1e3 * away:.3g} mm (rms), {share:.1%} of their size; of two none tells which is off."
+            f"The two differ by {1e3 * away:.3g} mm (rms), {100 * share:.2g} % of their size; of two none tells which is off."
         )
         return Light(judged, "Scans alike", said, "Scan it once more; is it one object?" if judged != "ok" else "")
     times, k, one = max(known)
@@ -71,11 +71,11 @@ def _alike(found: Repeat) -> Light:
 def _place(found: Repeat) -> Light:
     """Where scans show the surface at different places."""
     assert found.place is not None
-    place, where = found.place, ", ".join(f"{1e3 * x:.0f}" for x in found.place.centre)
+    place, where = found.place, ", ".join(f"{1e3 * x:.0f}" for x in found.place.centre_m)
     judged = level(place.share, PLACE)
     who = found.names[place.scan] if len(found.names) > 2 else "The one"
-    said = f"{who} lies up to {1e3 * place.height:.2g} mm off the other"
-    said += f"{'s' if len(found.names) > 2 else ''} at a place {1e3 * place.across:.0f} mm across"
+    said = f"{who} lies up to {1e3 * place.height_m:.2g} mm off the other"
+    said += f"{'s' if len(found.names) > 2 else ''} at a place {1e3 * place.across_m:.0f} mm across"
     said += f" ({place.share:.1%} of the surface), about ({where}) mm of spread.ply."
     return Light(judged, "Same everywhere", said, "Look there: did the object change?" if judged != "ok" else "")
 
