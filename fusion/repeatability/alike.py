@@ -92,7 +92,7 @@ def _chance(own: Array, others: Array, scans: int, free: int) -> float:
     if both.sum() < FEWEST:
         return float("inf")
     a, b = own[both], others[both]
-    alike = float((a @ b) ** 2 / max((a @ a) * (b @ b), 1e-300))
+    alike = float(a @ b) ** 2 / max(float(a @ a) * float(b @ b), 1e-300)
     places = 1 / max(alike, 1e-4)
     return float(np.sqrt(f.ppf(1 - RARE / scans, places, places * free)))
 

@@ -58,9 +58,7 @@ def _alike(found: Repeat) -> Light:
         away = difference(found.spread.offsets[:, 0], found.spread.offsets[:, 1])
         share = away / float(np.linalg.norm(np.ptp(found.spread.at.points, axis=0)))
         judged = level(share, OF_SIZE)
-        said = (
-            f"The two differ by {1e3 * away:.3g} mm (rms), {100 * share:.2g} % of their size; of two none tells which is off."
-        )
+        said = f"The two differ by {1e3 * away:.3g} mm (rms), {100 * share:.2g} % of their size; of two none tells which is off."
         return Light(judged, "Scans alike", said, "Scan it once more; is it one object?" if judged != "ok" else "")
     times, k, one = max(known)
     judged = level(times, STANDS_OUT) if times > one.chance else "ok"
