@@ -53,15 +53,17 @@ def _beside(found: Repeat, k: int, one: AgainstOthers) -> str:
 
 def _alike(found: Repeat) -> Light:
     """Whether one scan lies further from the others than these from each other."""
-    known = [(one.times, k, one) for k, one in enumerate(found.others) if one is not None]
+    # of those that stand out by more than chance the worst, else the worst of all
+    known = [(one.times > one.chance, one.times, k, one) for k, one in enumerate(found.others) if one is not None]
     if not known:
         away = difference(found.spread.offsets[:, 0], found.spread.offsets[:, 1])
         share = away / float(np.linalg.norm(np.ptp(found.spread.at.points, axis=0)))
         judged = level(share, OF_SIZE)
-        said = f"The two differ by {1e3 * away:.3g} mm (rms), {100 * share:.2g} % of their size; of two none tells which is off."
+        said = f"The two differ by {1e3 * away:.3g} mm (rms), {100 * share:.2g} % of their size"
+        said += "; of two none tells which is off."
         return Light(judged, "Scans alike", said, "Scan it once more; is it one object?" if judged != "ok" else "")
-    times, k, one = max(known)
-    judged = level(times, STANDS_OUT) if times > one.chance else "ok"
+    real, times, k, one = max(known)
+    judged = level(times, STANDS_OUT) if real else "ok"
     do = "Look at its report: a slip, another light, warm-up?" if judged != "ok" else ""
     return Light(judged, "Scans alike", f"{_beside(found, k, one)}.", do)
 
