@@ -24,6 +24,8 @@ COVERED = 0.25  # least share of a sphere's own surface: less tells its radius b
 MOST = 12  # forms of each kind
 LARGEST = 0.5  # radius of a sphere over the object's size: larger ones are bent planes
 SLIM = 0.05  # of a form's own size, how far a point may lie off it: a wider band takes any lump for a form (guess)
+# least share of a form's points within half its band: those of a form gather about it, the band cuts a bent surface off
+GATHERED = 0.9
 RIM = 3.0  # mean distances of points that are left out along a form's border, where it bends away
 
 
@@ -42,7 +44,7 @@ def find_forms(points: Array, normals: Array, width: float) -> list[FoundForm]:
         points, normals: (n, 3) even per area.
         width: [m] a point may lie off a form.
     """
-    spacing = float(np.median(cKDTree(points).query(points, k=2)[0][:, 1])) if len(points) > 2 else 0.0
+    spacing = spacing_of(points)
     left, out = np.arange(len(points)), []
     rng = np.random.default_rng(0)
     for spheres, share in ((True, SPHERE_SHARE), (False, PLANE_SHARE)):
@@ -71,11 +73,13 @@ def _best(
     for k in np.argsort(counts)[::-1][:5]:
         form, members = drawn[k], np.zeros(0, np.intp)
         for _ in range(3):
-            members = _one_piece(points, np.flatnonzero(_on(form, points, normals, width)), spacing)
+            members = one_piece(points, np.flatnonzero(_on(form, points, normals, width)), spacing)
             if len(members) < 30:
                 break
             form = refit(form, points[members])
         if len(members) < 30 or (isinstance(form, Sphere) and not _full(form, points[members], spacing, size)):
+            continue
+        if np.mean(np.abs(form.away(points[members])) < width / 2) < GATHERED:
             continue
         return FoundForm(form, members)
     return None
@@ -117,8 +121,13 @@ def _full(sphere: Sphere, points: Array, spacing: float, size: float) -> bool:
     return bool(sphere.radius < LARGEST * size and covered and around > ALL_ROUND)
 
 
-def _one_piece(points: Array, members: NDArray[np.intp], spacing: float) -> NDArray[np.intp]:
-    """The largest part of some points that hangs together."""
+def spacing_of(points: Array) -> float:
+    """Median distance [m] of points (n, 3) to their nearest ones."""
+    return float(np.median(cKDTree(points).query(points, k=2)[0][:, 1])) if len(points) > 2 else 0.0
+
+
+def one_piece(points: Array, members: NDArray[np.intp], spacing: float) -> NDArray[np.intp]:
+    """The largest part of some points (n, 3), `members` of them, that hangs together."""
     if len(members) < 2:
         return members
     pairs = cKDTree(points[members]).query_pairs(4 * spacing, output_type="ndarray")

@@ -14,6 +14,7 @@ from fusion.mesh.comparison.statistics import SIGMA
 from fusion.mesh.mesh import Mesh
 from fusion.progress import stage
 from fusion.quantity import DIAMETER, SPACING
+from fusion.repeatability.alike import AgainstOthers, DifferingPlace, against_others, differing_place
 from fusion.repeatability.features import Features, StatedArtefact, features_of
 from fusion.repeatability.numbers import (
     Repeatability,
@@ -59,7 +60,11 @@ class ScanOffset:
     # mean_m, rms_m: None where it shows nothing of the surface
     mean_m: float | None
     rms_m: float | None
-    missing_share: float  # of the surface, that it does not show
+    # missing_share: of the surface, that it does not show
+    missing_share: float
+    # off_others_m, others_apart_m: rms to another scan, and of the others to each other (medians); None of two scans
+    off_others_m: float | None
+    others_apart_m: float | None
     T_common_scan: Array  # (4, 4) into the common frame
 
 
@@ -73,6 +78,8 @@ class Repeat:
         spread: the mean surface and the offsets of each scan.
         repeatability: under one condition; reproducibility: over several, None where there is one.
         features: planes and spheres.
+        others: each scan against the others, None where there are less than three.
+        place: where they differ far more than elsewhere.
         sigma: median of what the scans themselves claim [m], without what calibration shares; None where they do not.
     """
 
@@ -82,6 +89,8 @@ class Repeat:
     repeatability: Repeatability
     reproducibility: Reproducibility | None
     features: Features = field(default_factory=Features)
+    others: tuple[AgainstOthers | None, ...] = ()
+    place: DifferingPlace | None = None
     sigma: float | None = None
 
     @property
@@ -92,12 +101,16 @@ class Repeat:
     def offsets(self) -> list[ScanOffset]:
         """How each scan lies about the mean surface."""
         rows = []
-        for name, T, column, status in zip(
-            self.names, self.together.poses, self.spread.offsets.T, self.together.status, strict=True
+        beside = self.others or (None,) * len(self.names)
+        for name, T, column, status, one in zip(
+            self.names, self.together.poses, self.spread.offsets.T, self.together.status, beside, strict=True
         ):
             known = column[np.isfinite(column)]
             mean, rms = (float(known.mean()), float(np.sqrt(np.mean(known**2)))) if len(known) else (None, None)
-            rows.append(ScanOffset(name, status, mean, rms, float(1 - len(known) / max(len(column), 1)), T))
+            missing = float(1 - len(known) / max(len(column), 1))
+            off, apart = (None, None) if one is None else (one.off, one.apart)
+            status = "poor" if one is not None and one.lost else status
+            rows.append(ScanOffset(name, status, mean, rms, missing, off, apart, T))
         return rows
 
     def to_dict(self) -> dict[str, Any]:
@@ -111,6 +124,7 @@ class Repeat:
             "scans": self.offsets(),
             "repeatability": self.repeatability.values(),
             "reproducibility": None if known is None else known.values(),
+            "differing_place": self.place,
             "vdi_2634": [quantity.figures() for quantity in self.features.quantities],
             "sigma": claimed,
         }
@@ -146,15 +160,16 @@ def repeat(scans: Sequence[Mesh], settings: RepeatSettings | None = None) -> Rep
         found = repeatability(spread.offsets, condition)
         if not np.isfinite(found.s):
             raise MeshError("the scans have no surface in common", "scans", "no place that two show", "one object")
+        others = against_others(spread.at, spread.offsets, condition)
         stated = StatedArtefact(settings.diameter, settings.spacing)
         features = (
             Features()  # what does not lie on each other has no forms
-            if "poor" in together.status
+            if "poor" in together.status or any(one is not None and one.lost for one in others)
             else features_of(spread.mean, meshes, together.poses, found.s, stated)
         )
-    return Repeat(
-        names, together, spread, found, reproducibility(spread.offsets, condition), features, _claimed(meshes)
-    )
+        place = differing_place(spread.at.points, spread.offsets)
+    across = reproducibility(spread.offsets, condition)
+    return Repeat(names, together, spread, found, across, features, tuple(others), place, _claimed(meshes))
 
 
 def _check_scans(meshes: list[Mesh], names: tuple[str, ...]) -> None:

@@ -2,13 +2,16 @@
 
 import numpy as np
 
+from fusion.repeatability.alike import OTHER, AgainstOthers, difference
 from fusion.repeatability.features import ANGLE, RepeatedQuantity
 from fusion.repeatability.repeat import Repeat
 from fusion.results.judgement import Judgement
 from fusion.results.light import Light, level, worst_first
 
 # good up to the first, a problem above the second (guesses)
-STANDS_OUT = (2.0, 4.0)  # rms of a scan about the mean, over the median of the others
+STANDS_OUT = (2.0, 4.0)  # rms of a scan to the others, over what these are apart
+OF_SIZE = (OTHER, 2 * OTHER)  # rms of two scans to each other, over the object's size
+PLACE = (0.005, 0.1)  # share of the surface, in one piece, where scans differ by far more than elsewhere
 MISSING = (0.15, 0.5)  # share of the surface that a scan does not show
 CLAIM = (1.5, 3.0)  # spread over what the scans' own sigma says
 
@@ -16,22 +19,14 @@ CLAIM = (1.5, 3.0)  # spread over what the scans' own sigma says
 def judge_repeat(found: Repeat) -> Judgement:
     """Whether the scans show one object, whether one stands out, and whether they know how sure they are."""
     rows = found.offsets()
-    lost = [row.name for row in rows if row.alignment == "poor"]
+    lost = [k for k, row in enumerate(rows) if row.alignment == "poor"]
     if lost:
-        said = f"{', '.join(lost)}: no pose was found in which it fits the others."
+        said = f"{'; '.join(_lost(found, k) for k in lost)}: no pose was found in which it fits the others."
         # what else is told of scans that do not lie on each other means nothing
         return Judgement((Light("bad", "One object", said, "Check that all show the same object, whole.", fails=True),))
-    lights = []
-    rms = np.array([row.rms_m if row.rms_m is not None else np.nan for row in rows], float)
-    others = [float(np.nanmedian(np.delete(rms, k))) for k in range(len(rms))]
-    ratio = rms / np.maximum(others, 1e-12)
-    worst = int(np.nanargmax(ratio)) if np.isfinite(ratio).any() else 0
-    if len(rows) > 2:  # of two, both lie as far from their mean
-        judged = level(float(ratio[worst]), STANDS_OUT)
-        said = f"{rows[worst].name} lies {1e3 * rms[worst]:.2f} mm (rms) off the mean"
-        said += f", {ratio[worst]:.1f} times the others."
-        do = "Look at its report: a slip, another light, warm-up?" if judged != "ok" else ""
-        lights.append(Light(judged, "Scans alike", said, do))
+    lights = [_alike(found)]
+    if found.place is not None and lights[0].level == "ok":  # else the whole scan is told of
+        lights.append(_place(found))
     missing = max(row.missing_share for row in rows)
     judged = level(missing, MISSING)
     said = f"{found.repeatability.shown_by_all:.0%} of the surface is in all scans; the poorest lacks {missing:.0%}."
@@ -43,6 +38,46 @@ def judge_repeat(found: Repeat) -> Judgement:
         do = "Something differs from scan to scan that no scan sees in itself." if judged != "ok" else ""
         lights.append(Light(judged, "Own doubt", said, do))
     return Judgement(worst_first(lights))
+
+
+def _lost(found: Repeat, k: int) -> str:
+    one = found.others[k] if found.others else None
+    return found.names[k] if one is None or not one.lost else _beside(found, k, one)
+
+
+def _beside(found: Repeat, k: int, one: AgainstOthers) -> str:
+    """ "scan 3 of 3, c.ply: 2.4 mm off the others, which are 0.005 mm apart"."""
+    which = f"scan {k + 1} of {len(found.names)}, {found.names[k]}"
+    return f"{which}: {1e3 * one.off:.3g} mm off the others, which are {1e3 * one.apart:.3g} mm apart"
+
+
+def _alike(found: Repeat) -> Light:
+    """Whether one scan lies further from the others than these from each other."""
+    # of those that stand out by more than chance the worst, else the worst of all
+    known = [(one.times > one.chance, one.times, k, one) for k, one in enumerate(found.others) if one is not None]
+    if not known:
+        away = difference(found.spread.offsets[:, 0], found.spread.offsets[:, 1])
+        share = away / float(np.linalg.norm(np.ptp(found.spread.at.points, axis=0)))
+        judged = level(share, OF_SIZE)
+        said = f"The two differ by {1e3 * away:.3g} mm (rms), {100 * share:.2g} % of their size"
+        said += "; of two none tells which is off."
+        return Light(judged, "Scans alike", said, "Scan it once more; is it one object?" if judged != "ok" else "")
+    real, times, k, one = max(known)
+    judged = level(times, STANDS_OUT) if real else "ok"
+    do = "Look at its report: a slip, another light, warm-up?" if judged != "ok" else ""
+    return Light(judged, "Scans alike", f"{_beside(found, k, one)}.", do)
+
+
+def _place(found: Repeat) -> Light:
+    """Where scans show the surface at different places."""
+    assert found.place is not None
+    place, where = found.place, ", ".join(f"{1e3 * x:.0f}" for x in found.place.centre_m)
+    judged = level(place.share, PLACE)
+    who = found.names[place.scan] if len(found.names) > 2 else "The one"
+    said = f"{who} lies up to {1e3 * place.height_m:.2g} mm off the other"
+    said += f"{'s' if len(found.names) > 2 else ''} at a place {1e3 * place.across_m:.0f} mm across"
+    said += f" ({place.share:.1%} of the surface), about ({where}) mm of spread.ply."
+    return Light(judged, "Same everywhere", said, "Look there: did the object change?" if judged != "ok" else "")
 
 
 def repeat_lines(found: Repeat) -> list[str]:

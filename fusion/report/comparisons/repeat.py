@@ -94,6 +94,8 @@ def _features(found: Repeat) -> str:
 def _scans(found: Repeat) -> str:
     rows = []
     for row in found.offsets():
-        mean, rms = ("-" if metres is None else f"{1e3 * metres:.3f}" for metres in (row.mean_m, row.rms_m))
-        rows.append([row.name, row.alignment, mean, rms, f"{100 * row.missing_share:.1f}"])
-    return numbers_table(["scan", "alignment", "mean off [mm]", "rms off [mm]", "not shown [%]"], rows)
+        told = (row.mean_m, row.rms_m, row.off_others_m, row.others_apart_m)
+        numbers = ["-" if metres is None else f"{1e3 * metres:.3f}" for metres in told]
+        rows.append([row.name, row.alignment, *numbers, f"{100 * row.missing_share:.1f}"])
+    heads = ["scan", "alignment", "mean off [mm]", "rms off [mm]", "off the others [mm]", "others apart [mm]"]
+    return numbers_table([*heads, "not shown [%]"], rows)
