@@ -9,8 +9,9 @@ import numpy as np
 from fusion.calibration.lens.boards.board import Board
 from fusion.calibration.lens.boards.pictures import BoardPictures, find_pictures, thinned
 from fusion.calibration.lens.boards.search import Search, search
+from fusion.calibration.lens.fit.joint import board_shape, check_pitch
 from fusion.calibration.lens.fit.outliers import JudgedViews, judge
-from fusion.calibration.lens.fit.pitch import check_pitch, row_pitch
+from fusion.calibration.lens.fit.shape import BoardShape
 from fusion.calibration.lens.fit.size import size_warnings
 from fusion.calibration.lens.fit.solve import NAMES, solve
 from fusion.calibration.lens.fit.spread import LensSpread, spread
@@ -52,7 +53,7 @@ class CameraFit:
     spread: LensSpread  # covariance, jackknife, influence of every view
     uncertainty: ProjectionUncertainty  # of the projection over the picture
     coverage: float  # share of the picture in which corners were seen
-    pitch: tuple[float, float]  # (ratio, std) of the rows' over the columns' pitch as the views tell it
+    shape: BoardShape  # of the board as the views tell it: uneven, bowed
     k3_held: bool = False  # the views do not establish k3; it is 0
 
     @property
@@ -122,6 +123,7 @@ def calibrate_intrinsics(
     if "ir" in fits:
         warnings += size_warnings(pictures.path, fits["ir"].judged)
     for fit in fits.values():
+        warnings += fit.shape.warnings()
         warnings += unusual(fit.judged.solution, fit.spread.covariance, fit.camera.shape[::-1])
     camera = _joined(pictures, fits, pair, warnings)
     return Intrinsics(camera, board, searches, fits, pair, warnings)
@@ -133,28 +135,41 @@ def fit_camera(views: Sequence[BoardView], size: tuple[int, int], settings: Lens
     Where views left out say that the lens is wider than three radial terms follow, all eight of OpenCV's are fitted.
     A k3 that the views do not establish is held at 0: left free it bends the corners of the picture, where no board was
     seen (measured on a challenge with known truth: 1.2 px rms over the picture with a free k3, 0.2 px with it held).
-    The standard deviations and the projection's uncertainty stay those with k3 free.
+    In the same way a board that the views do not establish as uneven or bowed is held even and flat. The standard
+    deviations and the projection's uncertainty stay those with k3 and the board's shape free.
 
     Raises:
         RecordingError: too few views, contradicting ones, uneven squares, or a parameter that stays open.
     """
     settings = settings or LensSettings()
-    rational = is_rational(views, size)
-    judged = judge(views, size, settings.keep_outliers, rational)
-    pitch = row_pitch(judged.views, size, judged.solution.parameters if rational else None)
-    check_pitch(*pitch)
-    known = spread(judged.views, judged.solution)
+    judged, shape = _with_shape(views, views, size, settings)
+    if shape.is_sure:  # a view is no outlier for what the board is in all of them
+        judged, shape = _with_shape(views, [shape.on(view) for view in views], size, settings)
+    rational = len(judged.solution.names) > len(NAMES)
+    known = spread([shape.on(view) for view in judged.views], judged.solution, shape)
+    check_pitch(*shape.pitch)
     _check_open(judged, known)
     std = {name: float(value) for name, value in zip(judged.solution.names, known.std, strict=True)}
     free = judged.solution.camera(size)
     distance = settings.distance or float(np.median(np.linalg.norm(judged.solution.poses[:, 3:], axis=1)))
     uncertainty = projection_uncertainty(free, known.covariance, distance)
     held = not rational and bool(abs(judged.solution.parameters[K3]) < ESTABLISHED * known.scatter[K3])
-    if held:
-        start = np.concatenate([judged.solution.parameters[:K3], [0.0]])
-        judged = replace(judged, solution=solve(judged.views, size, start, hold_k3=True))
+    start = np.concatenate([judged.solution.parameters[:K3], [0.0]]) if held else judged.solution.parameters
+    used = [shape.established().on(view) for view in judged.views]
+    judged = replace(judged, views=used, solution=solve(used, size, start, hold_k3=held))
     camera = replace(judged.solution.camera(size), std=std)
-    return CameraFit(camera, judged, known, uncertainty, covered(judged.views, size), pitch, held)
+    return CameraFit(camera, judged, known, uncertainty, covered(judged.views, size), shape, held)
+
+
+def _with_shape(
+    flat: Sequence[BoardView], views: Sequence[BoardView], size: tuple[int, int], settings: LensSettings
+) -> tuple[JudgedViews, BoardShape]:
+    """The flat views that fit, judged by the shape that `views` have; camera and shape fitted to them together."""
+    judged = judge(views, size, settings.keep_outliers, is_rational(views, size))
+    named = {view.name: view for view in flat}
+    kept = [named[view.name].only(np.isin(named[view.name].ids, view.ids)) for view in judged.views]
+    shape, solution = board_shape(kept, judged.solution)
+    return replace(judged, views=kept, solution=solution), shape
 
 
 def _check_open(judged: JudgedViews, known: LensSpread) -> None:

@@ -29,7 +29,6 @@ RMS_PX = (0.3, 1.0)
 COVERAGE = (0.5, 0.25)
 TILT_DEG = (25.0, 12.0)
 SWAY = (1.5, 3.0)
-PITCH_SHARE, PITCH_SIGMAS = 0.003, 4.0
 TITLES = {"ir": "IR camera", "color": "Colour camera"}
 
 
@@ -77,10 +76,6 @@ def _summary(fit: CameraFit, search: Search, title: str) -> list[Light]:
     if fit.judged.outliers:
         said = "; ".join(f"{o.name}: {o.reason}" for o in fit.judged.outliers[:6])
         lines.append(Light("warning", "Outliers", f"{len(fit.judged.outliers)} views do not fit: {said}."))
-    ratio, ratio_std = fit.pitch
-    if abs(ratio - 1) > max(PITCH_SHARE, PITCH_SIGMAS * ratio_std):
-        reason = f"Rows seem {ratio:.4f} times as far apart as columns (+- {ratio_std:.4f}); measure the board."
-        lines.append(Light("warning", "Board", reason))
     return lines
 
 
