@@ -4,11 +4,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+import cv2
 import numpy as np
 
 from fusion.calibration.lens.boards.board import Board
 from fusion.calibration.lens.boards.pictures import BoardPictures, find_pictures, thinned
 from fusion.calibration.lens.boards.search import Search, search
+from fusion.calibration.lens.fit.alike import unlike
 from fusion.calibration.lens.fit.joint import board_shape, check_pitch
 from fusion.calibration.lens.fit.outliers import JudgedViews, judge
 from fusion.calibration.lens.fit.shape import BoardShape
@@ -26,6 +28,8 @@ from fusion.progress import stage
 
 K3 = NAMES.index("k3")
 OPEN = 0.1  # relative standard deviation of the focal length beyond which there is no camera
+POOR = 0.01  # beyond which meshes suffer (guess)
+TILT = "record more views with the board tilted by 20 to 45 degrees in several directions"
 ESTABLISHED = 2.0  # standard deviations of the corners' scatter from 0: the usual test whether a term earns its place
 
 
@@ -55,6 +59,12 @@ class CameraFit:
     coverage: float  # share of the picture in which corners were seen
     shape: BoardShape  # of the board as the views tell it: uneven, bowed
     k3_held: bool = False  # the views do not establish k3; it is 0
+
+    @property
+    def tilt(self) -> float:
+        """95th percentile of the angle [deg] between board and picture: what tells the focal length."""
+        normals = np.array([cv2.Rodrigues(pose[:3])[0][2, 2] for pose in self.judged.solution.poses])
+        return float(np.percentile(np.degrees(np.arccos(np.abs(normals).clip(0, 1))), 95))
 
     @property
     def most_influential(self) -> tuple[str, float]:
@@ -123,7 +133,8 @@ def calibrate_intrinsics(
     if "ir" in fits:
         warnings += size_warnings(pictures.path, fits["ir"].judged)
     for fit in fits.values():
-        warnings += fit.shape.warnings()
+        warnings += fit.shape.warnings() + unlike(fit.judged.views, fit.judged.solution, fit.spread.sigma_px)
+        warnings += _unsure(fit)
         warnings += unusual(fit.judged.solution, fit.spread.covariance, fit.camera.shape[::-1])
     camera = _joined(pictures, fits, pair, warnings)
     return Intrinsics(camera, board, searches, fits, pair, warnings)
@@ -176,9 +187,20 @@ def _check_open(judged: JudgedViews, known: LensSpread) -> None:
     """Refuse a camera whose focal length the views do not tell. Raises RecordingError."""
     share = float(np.max(known.std[:2] / np.abs(judged.solution.parameters[:2])))
     if not share < OPEN:
-        do = "record views with the board tilted by 20 to 45 degrees in several directions"
         found = f"a standard deviation of {share:.0%} from {len(judged.views)} views"
-        raise RecordingError("the views leave the focal length open", found=found, expected=f"below {OPEN:.0%}", do=do)
+        raise RecordingError(
+            "the views leave the focal length open", found=found, expected=f"below {OPEN:.0%}", do=TILT
+        )
+
+
+def _unsure(fit: CameraFit) -> list[str]:
+    """A sentence where the focal length is hardly known, and what would tell it."""
+    share = max(fit.camera.std["fx"] / fit.camera.fx, fit.camera.std["fy"] / fit.camera.fy)
+    if share <= POOR:
+        return []
+    return [
+        f"the focal length is known to {share:.1%} only; the boards are tilted by up to {fit.tilt:.0f} degrees: {TILT}"
+    ]
 
 
 def _joined(
