@@ -39,16 +39,16 @@ def search(pictures: dict[str, Picture], board: Board) -> Search:
     find = find_charuco if board.is_charuco else find_checkerboard
     views: list[BoardView] = []
     sizes, missed, unread = {}, [], {}
-    seen: dict[bytes, str] = {}  # to the key of the first picture with these bytes
+    seen: dict[bytes, str] = {}  # content of a picture with the board to its key
     for key in each(pictures, "looking for the board"):
         try:
             image = read_picture(pictures[key])
         except RecordingError as error:
             unread[key] = f"{error.what}: {error.found}"
             continue
-        first = seen.setdefault(hashlib.blake2b(image.tobytes()).digest(), key)
-        if first != key:  # its noise is that of the first: it tells nothing more
-            unread[key] = f"the same picture as {first}"
+        digest = hashlib.blake2b(image.tobytes()).digest()
+        if digest in seen:  # its noise is that of the first: it tells nothing more
+            unread[key] = f"the same picture as {seen[digest]}"
             continue
         sizes[key] = (image.shape[1], image.shape[0])
         found = find(image, board)
@@ -57,6 +57,7 @@ def search(pictures: dict[str, Picture], board: Board) -> Search:
             if len(missed) == EARLY and not views and not board.is_charuco:  # every further miss takes seconds
                 _check_counts(Search([], (0, 0), missed, unread, pictures), board, final=False)
         else:
+            seen[digest] = key
             views.append(view_of(key, found.pixels, board, found.ids, found.how))
     if not sizes:
         first = next(iter(unread.values()), "no picture")
