@@ -61,6 +61,26 @@ def test_holes_and_outliers_are_counted():
     assert np.allclose([found.valid, found.no_data, found.outliers], [0.7, 0.2, 0.1], atol=0.01)  # some 10^5 pixels
 
 
+@pytest.mark.parametrize("share", [0.05, 0.15])
+def test_holes_are_no_jitter_of_an_edge(share):
+    rng = np.random.default_rng(4)
+    series = frames(0, rng)
+    target = find_target(series[0], CAMERA)
+    for depth in series:
+        depth[rng.random(depth.shape) < share] = np.nan
+    found = measure_target(series, CAMERA, target, sigma=SIGMA)
+    expected = JITTER * np.array(found.edge_depth) / CAMERA.fx
+    assert np.allclose(found.lateral, expected, rtol=0.12)
+
+
+@pytest.mark.parametrize("tilt", [0, 40])
+def test_the_step_of_the_rounding_is_found_at_any_tilt(tilt):
+    rng, step = np.random.default_rng(5), 0.001
+    near = wall(tilt) + 0.0003  # a frontal one between two counts, where few values change
+    series = [np.round((near + 0.0002 * rng.standard_normal(near.shape)) / step) * step for _ in range(FRAMES)]
+    assert measure_target(series, CAMERA).step == pytest.approx(step, rel=0.05)
+
+
 def test_the_pixel_grid_is_taken_out_of_the_spread():
     rng = np.random.default_rng(3)
     rows = np.linspace(0, 7.3, 120)

@@ -146,8 +146,11 @@ def _notes(
     fewest = min(pose.seen.frames for pose in poses)
     if fewest < FEW_FRAMES:
         notes.append(("warning", f"a pose has {fewest} frames: 100 are usual"))
-    if len(axial.poses) < len(poses):
-        notes.append(("warning", f"{len(poses) - len(axial.poses)} poses show no noise: left out of the axial law"))
+    used = {pose.name for pose in axial.poses}
+    if quiet := [pose for pose in poses if pose.name not in used]:
+        step = max(pose.step for pose in quiet)
+        beside = f" beside steps of {step * 1e3:.2g} mm, to which depth is rounded" if step > 0 else ""
+        notes.append(("warning", f"{len(quiet)} poses show no noise{beside}: left out of the axial law"))
     if lateral is None:
         notes.append(("warning", "no lateral noise: no target that stands free with its left and right edge in view"))
     elif len(lateral.best.numbers) > 1:

@@ -1,5 +1,7 @@
 """The left and right edge of a target: where they are in every row of every frame, how much they jitter."""
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,6 +12,8 @@ Image = NDArray[np.floating]
 
 STRIP = (4, 14)  # [px] on both sides of an edge: fewest and most
 OUTER = 4  # [px] at the outer end of the strip that show what is behind
+STRAY = 0.01  # share of the pixels beyond an edge that show the target all the same, and least share of holes within
+MOST_HOLES = 0.5  # share of holes that still leaves an edge
 NEAR = 0.03  # [m] with nothing behind, nearer to the plane than this is target; above the noise of any camera nearby
 
 
@@ -19,26 +23,42 @@ def strip_width(target: FlatTarget) -> int:
     return int(np.clip(width // 3, *STRIP))
 
 
-def edge_positions(depth: Image, target: FlatTarget, plane: Image, side: int) -> NDArray[np.float64]:
-    """(rows,) column [px] at which the target ends in every row of its inside; NaN where that cannot be said.
+@dataclass(frozen=True)
+class SeenEdge:
+    """One edge in one frame."""
+
+    positions: NDArray[np.float64]  # (rows,) column [px] at which the target ends; NaN where that cannot be said
+    holes: float  # share of the target's pixels just inside that do not show it; NaN where none is known
+
+
+def seen_edge(depth: Image, target: FlatTarget, plane: Image, side: int) -> SeenEdge:
+    """Where the target ends in every row of its inside.
+
+    The likeliest place, as pixels are missing on the target, too: a count of those that show it would take each hole
+    for a shift of the edge.
 
     Args:
         side: 0 for the left edge, 1 for the right.
     """
     rows, ends, width = _ends(target, side)
     columns = depth.shape[1]
-    strip = ends[:, None] + np.arange(-width, width + 1)[None, :]
-    whole = (ends >= 0) & (strip[:, 0] >= 0) & (strip[:, -1] < columns)
+    outwards = 1 if side else -1
+    strip = ends[:, None] + outwards * np.arange(-width, width + 1)[None, :]
+    whole = (ends >= 0) & (strip.min(axis=1) >= 0) & (strip.max(axis=1) < columns)
     strip = np.clip(strip, 0, columns - 1)
     z, at = depth[rows[:, None], strip], plane[rows[:, None], strip]
     # the outer end of the strip sees what is behind; nearer to the plane than half way is target
-    outer = z[:, :OUTER] if side == 0 else z[:, -OUTER:]
+    outer = z[:, -OUTER:]
     behind = np.nanmedian(outer) if np.isfinite(outer).any() else np.nan
     half = 0.5 * (behind - at) if np.isfinite(behind) else np.full(at.shape, NEAR)
     on = np.abs(z - at) < np.maximum(np.abs(half), 1e-3)
-    count = on.sum(axis=1)
-    position = strip[:, -1] + 0.5 - count if side == 0 else strip[:, 0] - 0.5 + count
-    return np.where(whole, position, np.nan)
+    within = on[whole, : max(1, width // 2)]
+    holes = 1.0 - float(within.mean()) if within.size else float("nan")
+    p = float(np.clip(holes, STRAY, MOST_HOLES)) if np.isfinite(holes) else STRAY
+    gain = np.cumsum(np.where(on, np.log((1 - p) / STRAY), np.log(p / (1 - STRAY))), axis=1)
+    inside = strip.shape[1] - gain[:, ::-1].argmax(axis=1)  # the last of equally likely ones
+    position = strip[:, 0] + outwards * (inside - 0.5)
+    return SeenEdge(np.where(whole, position, np.nan), holes)
 
 
 def edge_depth(target: FlatTarget, plane: Image, side: int) -> float:
@@ -57,11 +77,12 @@ def nothing_behind(valid: Image, target: FlatTarget, side: int) -> bool:
     return bool(seen.size and np.median(seen) < 0.5)
 
 
-def spread_with_error(positions: Image) -> tuple[float, float]:
+def spread_with_error(positions: Image, holes: float = 0.0) -> tuple[float, float]:
     """Standard deviation [px] of edge positions (frames, rows) about a smooth line, and how well it is known.
 
     An edge that is not parallel to the columns meets all phases of the grid, so that rounding to whole pixels adds
-    1/12 px^2 to the variance; that is taken out.
+    1/12 px^2 to the variance; that is taken out. So is what a share of `holes` p in the target adds: as many of the
+    last pixels in a row are missing by chance as a geometric law has them, of variance p / (1 - p)^2.
     """
     known = np.isfinite(positions)
     if known.sum() < 10:
@@ -73,7 +94,8 @@ def spread_with_error(positions: Image) -> tuple[float, float]:
     kept = np.abs(residual - np.nanmedian(residual)) < 0.75 * STRIP[1]
     residual = np.where(kept, residual - residual[kept].mean(), np.nan)
     variance = float(np.nanmean(residual**2))
-    spread = float(np.sqrt(max(variance - 1 / 12, 0.0)))
+    chance = min(holes, MOST_HOLES) if np.isfinite(holes) else 0.0
+    spread = float(np.sqrt(max(variance - 1 / 12 - chance / (1 - chance) ** 2, 0.0)))
     # few phases of the grid: the part of the rounding is not 1/12 px^2 where the jitter is far below a pixel
     across = np.ptp(np.polynomial.polynomial.polyval(rows[0], line))
     phases = np.exp(-2 * (np.pi * max(spread, 0.1)) ** 2) / 6 / (1 + 2 * across)

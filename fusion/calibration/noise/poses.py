@@ -101,8 +101,9 @@ def pose_of(
     z = seen.depth
     # how far the plane rises over the patch, of which the phase of the rounding is averaged
     columns = seen.middle[1] if seen.middle else np.zeros(1)
-    span = z / camera.fx * float(np.tan(min(seen.tilt, 1.5))) * float(np.ptp(columns) + 1)
-    sigma, deviation = without_rounding(seen.axial, seen.axial_std, step, span)
+    wide = float(np.ptp(columns) + 1)
+    span = z / camera.fx * float(np.tan(min(seen.tilt, 1.5))) * wide
+    sigma, deviation = without_rounding(seen.axial, seen.axial_std, step, span, wide)
     other = _known_noise(known, view, seen.pixel)
     if other > 0:
         below = max(sigma**2 - other**2, 0.0) ** 0.5

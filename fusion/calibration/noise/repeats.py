@@ -15,6 +15,7 @@ Image = NDArray[np.floating]
 FAR = 6.0  # robust standard deviations from its pixel's median: an outlier
 GROUPS = 15  # pixels of like tilt are pooled, in this many groups at most and as many pixels at least
 BATCHES = 20  # parts of a series whose scatter tells the error of its mean
+SKIPPED = 1.5  # usual gaps between levels, from which on one between them was not seen
 OCCUPIED = 8  # mean number of values per level below which levels may be missing
 
 
@@ -61,6 +62,8 @@ def repeats_of(values: Image, tilts: Image | None = None) -> Repeats:
     per_pixel = np.nanmean(squares, axis=0)
     groups = np.array_split(np.argsort(tilts, kind="stable"), min(GROUPS, -(-len(tilts) // GROUPS)))
     sigma = float(np.average([np.sqrt(per_pixel[g].mean()) for g in groups], weights=[len(g) for g in groups]))
+    if step > sigma:  # what a pixel shows depends on its place between two levels more than on its tilt
+        sigma = float(np.sqrt(variance))
     memory = memory_of(kept)
     sigma *= float(np.sqrt(memory.gain))
     error = max(float(np.sqrt(memory.gain)) * error, sigma * memory.error / 2)
@@ -82,13 +85,23 @@ def batch_error(squares: Image) -> float:
 
 
 def _step(values: Image, away: Image) -> float:
-    """Mean gap between the values that occur in the middle of the distribution [m]; 0 where levels are too rare."""
-    near = np.isfinite(away) & (np.abs(away) <= np.nanpercentile(np.abs(away), 60))
-    levels = np.unique(values[near])
-    # float values that never repeat have no levels
-    if len(levels) < 2 or near.sum() < OCCUPIED * len(levels):
+    """Mean gap between neighbouring values that single pixels take in the middle of their distribution [m]; 0 where
+    levels are too rare. Not between those of all pixels, which a tilted target spreads over far more than its noise.
+    """
+    size = np.abs(away)
+    moved = size[np.isfinite(size) & (size > 0)]
+    if not moved.size:
         return 0.0
-    return float((levels[-1] - levels[0]) / (len(levels) - 1))
+    # most values can be their pixel's median, and the levels beside it count
+    near = size <= max(float(np.nanpercentile(size, 60)), 1.01 * float(np.median(moved)))
+    # float values that never repeat have no levels
+    if near.sum() < OCCUPIED * len(np.unique(values[near])):
+        return 0.0
+    ordered = np.sort(np.where(near, values, np.nan), axis=0)
+    gaps = np.diff(ordered, axis=0)
+    gaps = gaps[np.isfinite(gaps) & (gaps > 0)]
+    # a level that no frame of a pixel shows makes a double gap
+    return float(gaps[gaps < SKIPPED * np.median(gaps)].mean()) if gaps.size else 0.0
 
 
 def _scores(values: Image) -> NDArray[np.float32]:
@@ -104,13 +117,16 @@ FINEST = 0.12  # steps: a smaller noise hardly ever changes a value
 COUNTS_APART = 1.2  # levels this many counts apart or more are rounded to counts a second time
 
 
-def without_rounding(sigma: float, sigma_std: float, step: float, span: float) -> tuple[float, float]:
+def without_rounding(
+    sigma: float, sigma_std: float, step: float, span: float, places: float = np.inf
+) -> tuple[float, float]:
     """Noise before the rounding [m] and how well it is known, from the scatter of rounded values.
 
     Args:
         sigma, sigma_std: of the rounded values [m].
         step: of the rounding [m].
         span: range of the true depths of the pixels that were pooled [m]: over many steps the phase averages out.
+        places: number of different depths among them: as many phases at most.
     """
     if not (step > 0 and np.isfinite(sigma)):
         return sigma, sigma_std
@@ -121,7 +137,7 @@ def without_rounding(sigma: float, sigma_std: float, step: float, span: float) -
     else:
         found = float(np.interp(variance, mean, at))
         slope = float(np.interp(found, at, np.gradient(mean, at)))
-        unsure = float(np.interp(found, at, scatter)) / np.sqrt(1 + 2 * span / step)
+        unsure = float(np.interp(found, at, scatter)) / np.sqrt(min(1 + 2 * span / step, places))
     if found < FINEST:
         return found * step, FINEST * step
     spread = 2 * sigma * sigma_std / step**2  # of the variance

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.calibration.noise.edge import edge_depth, edge_positions, nothing_behind, spread_with_error
+from fusion.calibration.noise.edge import SeenEdge, edge_depth, nothing_behind, seen_edge, spread_with_error
 from fusion.calibration.noise.repeats import repeats_of
 from fusion.calibration.noise.target import FlatTarget, find_target, fit_plane
 from fusion.calibration.series import PixelSeries
@@ -80,7 +80,7 @@ def measure_target(
     look = _look(depths, found, plane, limit, -(-series.frames // MOST_FRAMES), where)
     v, u = (round(float(np.mean(indices))) for indices in where)
     at_edges = edge_depth(found, plane, 0), edge_depth(found, plane, 1)
-    lateral = [[z / camera.fx * x for x in spread_with_error(p)] for z, p in zip(at_edges, look.edges, strict=True)]
+    lateral = [[z / camera.fx * x for x in _jitter(seen)] for z, seen in zip(at_edges, look.edges, strict=True)]
     stands = found if correct is None else fit_plane(correct(mean), camera, found)
     tilts = stands.tilt(camera)[middle]
     repeats = repeats_of(look.values, tilts)
@@ -122,10 +122,10 @@ def _found(series: PixelSeries, camera: Camera, target: FlatTarget | None) -> tu
 
 @dataclass(frozen=True)
 class _Look:
-    """The second look at the frames: shares inside, edge positions (frames, rows), values (frames, n) of the middle."""
+    """The second look at the frames: shares inside, left and right edge per frame, values (frames, n) of the middle."""
 
     shares: tuple[float, float, float]
-    edges: tuple[Image, Image]
+    edges: tuple[list[SeenEdge], list[SeenEdge]]
     values: Image
 
 
@@ -139,7 +139,7 @@ def _look(
 ) -> _Look:
     """The frames once more: target and its plane (h, w) [m], outlier limit [m] and every which frame, middle."""
     shares, frames = np.zeros(3), 0
-    edges: tuple[list[Image], list[Image]] = ([], [])
+    edges: tuple[list[SeenEdge], list[SeenEdge]] = ([], [])
     values: list[Image] = []
     for frames, depth in enumerate(depths, start=1):
         inside = depth[found.inside]
@@ -148,10 +148,17 @@ def _look(
         shares += [(~off & ~none).mean(), none.mean(), (off & ~none).mean()]
         if frames % every == 0:
             values.append(depth[where])
-            for side, positions in zip((0, 1), edges, strict=True):
-                positions.append(edge_positions(depth, found, plane, side))
+            for side, seen in enumerate(edges):
+                seen.append(seen_edge(depth, found, plane, side))
     valid, no_data, outliers = (float(share) for share in shares / max(frames, 1))
-    return _Look((valid, no_data, outliers), (np.array(edges[0], float), np.array(edges[1], float)), np.array(values))
+    return _Look((valid, no_data, outliers), edges, np.array(values))
+
+
+def _jitter(seen: list[SeenEdge]) -> tuple[float, float]:
+    """By how much an edge jitters [px], and how well that is known."""
+    known = [edge.holes for edge in seen if np.isfinite(edge.holes)]
+    positions = np.array([edge.positions for edge in seen], float)
+    return spread_with_error(positions, float(np.mean(known)) if known else 0.0)
 
 
 def mean_tilt(tilts: Image) -> float:
