@@ -4,13 +4,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+import cv2
 import numpy as np
 
 from fusion.calibration.lens.boards.board import Board
 from fusion.calibration.lens.boards.pictures import BoardPictures, find_pictures, thinned
 from fusion.calibration.lens.boards.search import Search, search
+from fusion.calibration.lens.fit.alike import unlike
+from fusion.calibration.lens.fit.joint import board_shape, check_pitch
 from fusion.calibration.lens.fit.outliers import JudgedViews, judge
-from fusion.calibration.lens.fit.pitch import check_pitch, row_pitch
+from fusion.calibration.lens.fit.shape import BoardShape
 from fusion.calibration.lens.fit.size import size_warnings
 from fusion.calibration.lens.fit.solve import NAMES, solve
 from fusion.calibration.lens.fit.spread import LensSpread, spread
@@ -25,6 +28,8 @@ from fusion.progress import stage
 
 K3 = NAMES.index("k3")
 OPEN = 0.1  # relative standard deviation of the focal length beyond which there is no camera
+POOR = 0.01  # beyond which meshes suffer (guess)
+TILT = "record more views with the board tilted by 20 to 45 degrees in several directions"
 ESTABLISHED = 2.0  # standard deviations of the corners' scatter from 0: the usual test whether a term earns its place
 
 
@@ -52,8 +57,14 @@ class CameraFit:
     spread: LensSpread  # covariance, jackknife, influence of every view
     uncertainty: ProjectionUncertainty  # of the projection over the picture
     coverage: float  # share of the picture in which corners were seen
-    pitch: tuple[float, float]  # (ratio, std) of the rows' over the columns' pitch as the views tell it
+    shape: BoardShape  # of the board as the views tell it: uneven, bowed
     k3_held: bool = False  # the views do not establish k3; it is 0
+
+    @property
+    def tilt(self) -> float:
+        """95th percentile of the angle [deg] between board and picture: what tells the focal length."""
+        normals = np.array([cv2.Rodrigues(pose[:3])[0][2, 2] for pose in self.judged.solution.poses])
+        return float(np.percentile(np.degrees(np.arccos(np.abs(normals).clip(0, 1))), 95))
 
     @property
     def most_influential(self) -> tuple[str, float]:
@@ -122,6 +133,8 @@ def calibrate_intrinsics(
     if "ir" in fits:
         warnings += size_warnings(pictures.path, fits["ir"].judged)
     for fit in fits.values():
+        warnings += fit.shape.warnings() + unlike(fit.judged.views, fit.judged.solution, fit.spread.sigma_px)
+        warnings += _unsure(fit)
         warnings += unusual(fit.judged.solution, fit.spread.covariance, fit.camera.shape[::-1])
     camera = _joined(pictures, fits, pair, warnings)
     return Intrinsics(camera, board, searches, fits, pair, warnings)
@@ -133,37 +146,61 @@ def fit_camera(views: Sequence[BoardView], size: tuple[int, int], settings: Lens
     Where views left out say that the lens is wider than three radial terms follow, all eight of OpenCV's are fitted.
     A k3 that the views do not establish is held at 0: left free it bends the corners of the picture, where no board was
     seen (measured on a challenge with known truth: 1.2 px rms over the picture with a free k3, 0.2 px with it held).
-    The standard deviations and the projection's uncertainty stay those with k3 free.
+    In the same way a board that the views do not establish as uneven or bowed is held even and flat. The standard
+    deviations and the projection's uncertainty stay those with k3 and the board's shape free.
 
     Raises:
         RecordingError: too few views, contradicting ones, uneven squares, or a parameter that stays open.
     """
     settings = settings or LensSettings()
-    rational = is_rational(views, size)
-    judged = judge(views, size, settings.keep_outliers, rational)
-    pitch = row_pitch(judged.views, size, judged.solution.parameters if rational else None)
-    check_pitch(*pitch)
-    known = spread(judged.views, judged.solution)
+    judged, shape = _with_shape(views, views, size, settings)
+    if shape.is_sure:  # a view is no outlier for what the board is in all of them
+        judged, shape = _with_shape(views, [shape.on(view) for view in views], size, settings)
+    rational = len(judged.solution.names) > len(NAMES)
+    known = spread([shape.on(view) for view in judged.views], judged.solution, shape)
+    check_pitch(*shape.pitch)
     _check_open(judged, known)
     std = {name: float(value) for name, value in zip(judged.solution.names, known.std, strict=True)}
     free = judged.solution.camera(size)
     distance = settings.distance or float(np.median(np.linalg.norm(judged.solution.poses[:, 3:], axis=1)))
     uncertainty = projection_uncertainty(free, known.covariance, distance)
     held = not rational and bool(abs(judged.solution.parameters[K3]) < ESTABLISHED * known.scatter[K3])
-    if held:
-        start = np.concatenate([judged.solution.parameters[:K3], [0.0]])
-        judged = replace(judged, solution=solve(judged.views, size, start, hold_k3=True))
+    start = np.concatenate([judged.solution.parameters[:K3], [0.0]]) if held else judged.solution.parameters
+    used = [shape.established().on(view) for view in judged.views]
+    judged = replace(judged, views=used, solution=solve(used, size, start, hold_k3=held))
     camera = replace(judged.solution.camera(size), std=std)
-    return CameraFit(camera, judged, known, uncertainty, covered(judged.views, size), pitch, held)
+    return CameraFit(camera, judged, known, uncertainty, covered(judged.views, size), shape, held)
+
+
+def _with_shape(
+    flat: Sequence[BoardView], views: Sequence[BoardView], size: tuple[int, int], settings: LensSettings
+) -> tuple[JudgedViews, BoardShape]:
+    """The flat views that fit, judged by the shape that `views` have; camera and shape fitted to them together."""
+    judged = judge(views, size, settings.keep_outliers, is_rational(views, size))
+    named = {view.name: view for view in flat}
+    kept = [named[view.name].only(np.isin(named[view.name].ids, view.ids)) for view in judged.views]
+    shape, solution = board_shape(kept, judged.solution)
+    return replace(judged, views=kept, solution=solution), shape
 
 
 def _check_open(judged: JudgedViews, known: LensSpread) -> None:
     """Refuse a camera whose focal length the views do not tell. Raises RecordingError."""
     share = float(np.max(known.std[:2] / np.abs(judged.solution.parameters[:2])))
     if not share < OPEN:
-        do = "record views with the board tilted by 20 to 45 degrees in several directions"
         found = f"a standard deviation of {share:.0%} from {len(judged.views)} views"
-        raise RecordingError("the views leave the focal length open", found=found, expected=f"below {OPEN:.0%}", do=do)
+        raise RecordingError(
+            "the views leave the focal length open", found=found, expected=f"below {OPEN:.0%}", do=TILT
+        )
+
+
+def _unsure(fit: CameraFit) -> list[str]:
+    """A sentence where the focal length is hardly known, and what would tell it."""
+    share = max(fit.camera.std["fx"] / fit.camera.fx, fit.camera.std["fy"] / fit.camera.fy)
+    if share <= POOR:
+        return []
+    return [
+        f"the focal length is known to {share:.1%} only; the boards are tilted by up to {fit.tilt:.0f} degrees: {TILT}"
+    ]
 
 
 def _joined(

@@ -50,6 +50,15 @@ class PitchFigures:
 
 
 @dataclass(frozen=True)
+class BowFigures:
+    """How far the board's corners lie off a plane, from one side to the other [m], and over which length."""
+
+    bow_m: float
+    std_m: float
+    over_m: float
+
+
+@dataclass(frozen=True)
 class LensFigures:
     """All numbers of one camera; parameters in pixels, distortion without unit."""
 
@@ -73,6 +82,7 @@ class LensFigures:
     coverage: float
     k3_held: bool
     row_pitch: PitchFigures
+    bow: BowFigures
 
 
 @dataclass(frozen=True)
@@ -139,5 +149,6 @@ def _fit(fit: CameraFit, search: Search) -> LensFigures:
         uncertainty=fit.uncertainty.numbers(),
         coverage=fit.coverage,
         k3_held=fit.k3_held,
-        row_pitch=PitchFigures(*fit.pitch),
+        row_pitch=PitchFigures(*fit.shape.pitch),
+        bow=BowFigures(*fit.shape.bow, 2 * fit.shape.half),
     )

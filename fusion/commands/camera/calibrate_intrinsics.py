@@ -69,6 +69,11 @@ def _lines(result: "Intrinsics", content: "CalibrationFigures") -> list[str]:
         lines.append(f"{name}: board found in {fit.found} of {fit.pictures} pictures, {fit.used} used")
         lines += [f"  {key:<3}{value:>12.5f} +- {std[key]:.5f}" for key, value in values.items()]
         lines += ["  k3 is not established by these views: held at 0"] if fit.k3_held else []
+        pitch, bow = fit.row_pitch, fit.bow
+        lines.append(
+            f"  board: rows {pitch.ratio:.4f} +- {pitch.std:.4f} times as far apart as columns; bows by "
+            f"{1000 * bow.bow_m:.2f} +- {1000 * bow.std_m:.2f} mm over {1000 * bow.over_m:.0f} mm"
+        )
         at = fit.uncertainty
         lines.append(f"  reprojection {fit.rms_px:.3f} px rms; board in {fit.coverage:.0%} of the picture")
         lines.append(

@@ -8,7 +8,7 @@ from fusion.calibration.lens.boards.detect import stretched
 from fusion.calibration.lens.boards.pictures import read_picture
 from fusion.calibration.lens.boards.search import Search
 from fusion.calibration.lens.fit.solve import NAMES
-from fusion.calibration.lens.intrinsics import CameraFit, Intrinsics
+from fusion.calibration.lens.intrinsics import POOR, CameraFit, Intrinsics
 from fusion.report.calibrations.lens_figures import (
     BoardPicture,
     brief,
@@ -24,12 +24,11 @@ from fusion.results.light import Light
 
 PICTURES = 8
 # where a line turns yellow, and red (guesses, from calibrations that made good meshes and bad ones)
-FOCAL_SHARE = (0.003, 0.01)
+FOCAL_SHARE = (0.003, POOR)
 RMS_PX = (0.3, 1.0)
 COVERAGE = (0.5, 0.25)
 TILT_DEG = (25.0, 12.0)
 SWAY = (1.5, 3.0)
-PITCH_SHARE, PITCH_SIGMAS = 0.003, 4.0
 TITLES = {"ir": "IR camera", "color": "Colour camera"}
 
 
@@ -62,7 +61,7 @@ def _summary(fit: CameraFit, search: Search, title: str) -> list[Light]:
     share = std["fx"] / p.fx
     total = len(search.views) + len(search.missed)
     view, sway = fit.most_influential
-    tilt = largest_tilt(fit)
+    tilt = fit.tilt
     lines = [
         Light(_above(share, FOCAL_SHARE), f"{title}: focal length", f"{p.fx:.2f} +- {std['fx']:.2f} px ({share:.2%})."),
         Light(_above(fit.judged.solution.rms, RMS_PX), "Reprojection", f"{fit.judged.solution.rms:.3f} px rms."),
@@ -77,22 +76,7 @@ def _summary(fit: CameraFit, search: Search, title: str) -> list[Light]:
     if fit.judged.outliers:
         said = "; ".join(f"{o.name}: {o.reason}" for o in fit.judged.outliers[:6])
         lines.append(Light("warning", "Outliers", f"{len(fit.judged.outliers)} views do not fit: {said}."))
-    ratio, ratio_std = fit.pitch
-    if abs(ratio - 1) > max(PITCH_SHARE, PITCH_SIGMAS * ratio_std):
-        reason = f"Rows seem {ratio:.4f} times as far apart as columns (+- {ratio_std:.4f}); measure the board."
-        lines.append(Light("warning", "Board", reason))
     return lines
-
-
-def largest_tilt(fit: CameraFit) -> float:
-    """95th percentile of the angle [deg] between the board's normal and the line of sight to it."""
-    import cv2
-
-    normals = np.array([cv2.Rodrigues(pose[:3])[0][:, 2] for pose in fit.judged.solution.poses])
-    sight = fit.judged.solution.poses[:, 3:]
-    sight = sight / np.linalg.norm(sight, axis=1, keepdims=True)
-    cosine = np.abs((normals * sight).sum(axis=1)).clip(0, 1)
-    return float(np.percentile(np.degrees(np.arccos(cosine)), 95))
 
 
 def _numbers(fit: CameraFit, title: str) -> list[Number]:

@@ -8,7 +8,6 @@ from rendered_boards import SIZE, TRUTH, poses, project, views
 from fusion.calibration.lens.boards.board import Board
 from fusion.calibration.lens.boards.grid import upright
 from fusion.calibration.lens.fit.outliers import judge
-from fusion.calibration.lens.fit.pitch import check_pitch, row_pitch
 from fusion.calibration.lens.fit.solve import NAMES, matrix, residual, solve
 from fusion.calibration.lens.fit.spread import jacobian, spread
 from fusion.calibration.lens.fit.usual import unusual
@@ -98,27 +97,6 @@ def test_views_that_contradict_each_other_are_refused():
     ]
     with pytest.raises(FusionError, match=r"contradict|explains"):
         judge(seen, SIZE)
-
-
-def test_an_uneven_board_is_refused_and_an_even_one_is_not():
-    stretched = Board(9, 6, 0.04)
-    true = [view_of(v.name, v.pixels, stretched) for v in _printed(1.05)]
-    ratio, std = row_pitch(true, SIZE)
-    assert abs(ratio - 1.05) < 5 * std
-    assert std < 0.005
-    with pytest.raises(FusionError, match="not square"):
-        fit_camera(true, SIZE)
-    check_pitch(*row_pitch(views(15, 0.1, 4), SIZE))
-
-
-def _printed(ratio: float):
-    """Views of a board whose rows are `ratio` times as far apart as stated."""
-    rng = np.random.default_rng(0)
-    points = BOARD.points() * [1, ratio, 1]
-    return [
-        view_of(f"{i}", project(points, pose) + rng.normal(0, 0.1, (54, 2)), BOARD)
-        for i, pose in enumerate(poses(15, 4))
-    ]
 
 
 def test_one_view_is_too_few_and_flat_ones_leave_the_camera_open():

@@ -92,7 +92,8 @@ def fitted(fit: CameraFit) -> dict:
         "k3_held": fit.k3_held,
         "outliers": {o.name: o.reason for o in fit.judged.outliers},
         "corners_left_out": fit.judged.wild,
-        "row_pitch": fit.pitch,
+        "row_pitch": fit.shape.pitch,
+        "bow_m": fit.shape.bow,
         "uncertainty": {key: round(value, 4) for key, value in fit.uncertainty.numbers().items()},
     }
 

@@ -1,5 +1,6 @@
 """The board in all pictures of one camera, and why it was not found."""
 
+import hashlib
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -24,13 +25,13 @@ class Search:
     views: list[BoardView]  # one per picture in which the board was found; their names are the pictures' keys
     size: tuple[int, int]  # (width, height) [px]
     missed: list[str] = field(default_factory=list)  # keys of the pictures without the board
-    # key to reason, of pictures that are damaged or have another size
+    # key to reason, of pictures that are damaged, have another size or were seen before
     unread: dict[str, str] = field(default_factory=dict)
     pictures: dict[str, Picture] = field(default_factory=dict)  # key to picture, of all
 
 
 def search(pictures: dict[str, Picture], board: Board) -> Search:
-    """Find the board in pictures of one camera; damaged ones are listed, not fatal.
+    """Find the board in pictures of one camera; damaged ones and copies are listed, not fatal.
 
     Raises:
         RecordingError: none can be read, or another board than the stated one is in them.
@@ -38,11 +39,16 @@ def search(pictures: dict[str, Picture], board: Board) -> Search:
     find = find_charuco if board.is_charuco else find_checkerboard
     views: list[BoardView] = []
     sizes, missed, unread = {}, [], {}
+    seen: dict[bytes, str] = {}  # content of a picture with the board to its key
     for key in each(pictures, "looking for the board"):
         try:
             image = read_picture(pictures[key])
         except RecordingError as error:
             unread[key] = f"{error.what}: {error.found}"
+            continue
+        digest = hashlib.blake2b(image.tobytes()).digest()
+        if digest in seen:  # its noise is that of the first: it tells nothing more
+            unread[key] = f"the same picture as {seen[digest]}"
             continue
         sizes[key] = (image.shape[1], image.shape[0])
         found = find(image, board)
@@ -51,6 +57,7 @@ def search(pictures: dict[str, Picture], board: Board) -> Search:
             if len(missed) == EARLY and not views and not board.is_charuco:  # every further miss takes seconds
                 _check_counts(Search([], (0, 0), missed, unread, pictures), board, final=False)
         else:
+            seen[digest] = key
             views.append(view_of(key, found.pixels, board, found.ids, found.how))
     if not sizes:
         first = next(iter(unread.values()), "no picture")

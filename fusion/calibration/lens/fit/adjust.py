@@ -16,19 +16,23 @@ SETTLED = 1e-12  # of its size, by which the sum of squares still falls
 STIFFEST = 1e12  # damping beyond which no step is any better
 
 
-def adjusted(linear: Linear, parameters: Array, poses: Array, free: Array) -> tuple[Array, Array]:
+def adjusted(
+    linear: Linear, parameters: Array, poses: Array, free: Array, weight: Array | None = None
+) -> tuple[Array, Array]:
     """Parameters (k,) and poses (views, 6) with the least sum of squares.
 
     Args:
         linear: derivative and misfit of a view; the first k columns are those of the parameters, then of its pose.
         free: (k,) True for the parameters that may change.
+        weight: (k,) of their own squares in the sum; None: 0.
     """
+    weight = np.zeros(len(free)) if weight is None else weight
     blocks = [linear(n, pose, parameters) for n, pose in enumerate(poses)]
-    total, damping = _squares(blocks), 1e-3
+    total, damping = _squares(blocks) + weight @ parameters**2, 1e-3
     for _ in range(MOST):
-        step, steps = _step(blocks, damping, free)
+        step, steps = _step(blocks, damping, free, weight, parameters)
         tried = [linear(n, pose, parameters + step) for n, pose in enumerate(poses + steps)]
-        found = _squares(tried)
+        found = _squares(tried) + weight @ (parameters + step) ** 2
         if found < total:
             settled = total - found < SETTLED * total
             parameters, poses, blocks, total = parameters + step, poses + steps, tried, found
@@ -47,10 +51,12 @@ def _squares(blocks: list[tuple[Array, Array]]) -> float:
     return total if np.isfinite(total) else float("inf")
 
 
-def _step(blocks: list[tuple[Array, Array]], damping: float, free: Array) -> tuple[Array, Array]:
+def _step(
+    blocks: list[tuple[Array, Array]], damping: float, free: Array, weight: Array, at: Array
+) -> tuple[Array, Array]:
     """Change of the parameters (k,) and of the poses (views, 6)."""
     k = len(free)
-    N, g = np.zeros((k, k)), np.zeros(k)
+    N, g = np.diag(weight), weight * at
     solved = []
     for J, r in blocks:
         whole, slope = J.T @ J, J.T @ r

@@ -99,7 +99,7 @@ def solve(
 
 def _guess(views: Sequence[BoardView], size: tuple[int, int]) -> Array:
     """Parameters (9,) of a camera without distortion, from what the board's squares look like."""
-    points = [np.ascontiguousarray(view.points, np.float32) for view in views]
+    points = [np.ascontiguousarray(view.points * [1, 1, 0], np.float32) for view in views]  # of a flat board
     pixels = [np.ascontiguousarray(view.pixels.reshape(-1, 1, 2), np.float32) for view in views]
     K = cv2.initCameraMatrix2D(points, pixels, size, 0)
     return np.array([K[0, 0], K[1, 1], K[0, 2], K[1, 2], 0, 0, 0, 0, 0], float)
@@ -121,7 +121,12 @@ def jacobian(view: BoardView, pose: Array, parameters: Array) -> tuple[Array, Ar
 def placed(view: BoardView, parameters: Array) -> Array | None:
     """Pose (6,) of the board in a view for a known camera, or None."""
     try:
-        ok, turn, shift = cv2.solvePnP(view.points, view.pixels, matrix(parameters), parameters[4:])
+        # of the flat board first: without a start, OpenCV takes a board that bows for points all about in space
+        flat = view.points * [1, 1, 0]
+        ok, turn, shift = cv2.solvePnP(flat, view.pixels, matrix(parameters), parameters[4:])
+        if ok and view.points[:, 2].any():
+            seen = view.points, view.pixels, matrix(parameters), parameters[4:]
+            ok, turn, shift = cv2.solvePnP(*seen, turn, shift, useExtrinsicGuess=True)
     except cv2.error:
         return None
     pose = np.concatenate([np.ravel(turn), np.ravel(shift)])

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fusion.calibration.lens.fit.shape import BoardShape
 from fusion.calibration.lens.fit.solve import LensSolution, jacobian
 from fusion.calibration.lens.views import BoardView
 from fusion.errors import RecordingError
@@ -27,6 +28,7 @@ class LensSpread:
     shifts: Array  # (views, k) parameters without each view minus those with all
     influence: Array  # (views,) Cook's distance: shift squared in units of the covariance, over k
     sigma_px: float  # scatter of one coordinate of a corner
+    board: Array  # (4, 4) covariance of the board's shape; (0, 0) where its shape was held
 
     @property
     def std(self) -> Array:
@@ -40,40 +42,49 @@ class LensSpread:
         return self.covariance / np.outer(std, std)
 
 
-def spread(views: Sequence[BoardView], solution: LensSolution) -> LensSpread:
+def spread(views: Sequence[BoardView], solution: LensSolution, shape: BoardShape | None = None) -> LensSpread:
     """How well a solution is known.
 
     The corners of one view share errors (a bent board, blur), so the scatter alone promises too much; the jackknife
     sees that, but is itself uncertain. The covariance is that of the scatter, widened as a whole by as much as the
     jackknife is wider on average.
 
+    Args:
+        views: of the board as it is.
+        shape: of the board, where it was fitted with the camera and is as uncertain; None: it was known.
+
     Raises:
         RecordingError: the views leave a parameter open.
     """
-    blocks = [reduced(view, pose, solution.parameters) for view, pose in zip(views, solution.poses, strict=True)]
+    k, own = len(solution.parameters), np.zeros(0) if shape is None else shape.weight
+    blocks = [reduced(view, pose, solution.parameters, shape) for view, pose in zip(views, solution.poses, strict=True)]
     S, s = np.array([block[0] for block in blocks]), np.array([block[1] for block in blocks])
-    total, unit = S.sum(axis=0), 1 / np.sqrt(np.maximum(np.diagonal(S.sum(axis=0)), 1e-300))
+    total = S.sum(axis=0) + np.diag(np.concatenate([np.zeros(k), own]))
+    unit = 1 / np.sqrt(np.maximum(np.diagonal(total), 1e-300))
     if not np.isfinite(total).all() or np.linalg.cond(total * np.outer(unit, unit)) > 1e12:
         do = "record views with the board tilted in several directions and near the edges"
         raise RecordingError("the views leave the camera open", found=f"{len(views)} views", do=do)
     inverse = np.linalg.inv(total * np.outer(unit, unit)) * np.outer(unit, unit)
-    free = 2 * sum(map(len, views)) - len(solution.parameters) - 6 * len(views)
+    free = 2 * sum(map(len, views)) - len(total) - 6 * len(views)
     squares = sum(float((r**2).sum()) for r in solution.residuals)
     sigma2 = squares / max(free, 1)
-    shifts = np.array([_without(total, S[i], s[i], unit) for i in range(len(views))])
+    shifts = np.array([_without(total, S[i], s[i], unit)[:k] for i in range(len(views))])
     n = len(views)
     jackknife = np.sqrt((n - 1) / n * ((shifts - shifts.mean(axis=0)) ** 2).sum(axis=0))
-    scatter = np.sqrt(sigma2 * np.diag(inverse))
+    scatter = np.sqrt(sigma2 * np.diag(inverse)[:k])
     wider = float(np.clip(np.sqrt(np.mean((jackknife / scatter) ** 2)), 1, 10))
     covariance = sigma2 * inverse * wider**2
-    influence = np.einsum("vi,ij,vj->v", shifts, total / sigma2 if sigma2 else total, shifts) / len(unit)
-    return LensSpread(covariance, scatter, jackknife, shifts, influence, float(np.sqrt(sigma2)))
+    known = total[:k, :k] - total[:k, k:] @ np.linalg.solve(total[k:, k:], total[k:, :k])
+    influence = np.einsum("vi,ij,vj->v", shifts, known / sigma2 if sigma2 else known, shifts) / k
+    return LensSpread(
+        covariance[:k, :k], scatter, jackknife, shifts, influence, float(np.sqrt(sigma2)), covariance[k:, k:]
+    )
 
 
-def reduced(view: BoardView, pose: Array, parameters: Array) -> tuple[Array, Array]:
-    """(k, k) information and (k,) gradient of a view about the camera, without its own pose; weight 1/px^2."""
-    J, r = jacobian(view, pose, parameters)
-    return eliminated(J, r, len(parameters))
+def reduced(view: BoardView, pose: Array, parameters: Array, shape: BoardShape | None) -> tuple[Array, Array]:
+    """Information and gradient of a view about the camera and, if given, the board's shape, without its own pose."""
+    J, r = (jacobian if shape is None else shape.jacobian)(view, pose, parameters)
+    return eliminated(J, r, J.shape[1] - 6)
 
 
 def eliminated(J: Array, r: Array, kept: int) -> tuple[Array, Array]:
