@@ -110,6 +110,30 @@ def test_a_tilted_wall_with_a_table_before_it_is_one_plane():
     assert mask[20:40, 30:90].mean() > 0.95
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_things_on_a_third_of_a_wall_are_no_part_of_it(seed: int):
+    """A panel and a frame, less than the noise of a pixel proud: a bend that is fitted to all leans on them."""
+    rng = np.random.default_rng(seed)
+    camera = replace(SL, width=320, height=240, fx=290.0, fy=290.0, cx=159.5, cy=119.5)
+    depth = WallPlane(2.5, *rng.normal(0, 0.02, 2)).depth(camera)
+    depth[180:] -= 0.015
+    depth[60:110, 100:200] -= 0.025
+    found, mask = find_wall(depth + 0.003 * rng.standard_normal(camera.shape), camera)
+    assert mask[185:].mean() < 0.01 and mask[65:105, 105:195].mean() < 0.01
+    assert mask[:50].mean() > 0.95
+    assert abs(found.distance - 2.5) < 2e-4  # 3 mm on 50 000 px; the panel's lean was 5 mm
+
+
+def test_an_error_that_grows_to_the_corners_is_no_thing():
+    """No polynomial follows it, but it begins without a step."""
+    camera = replace(SL, width=320, height=240, fx=290.0, fy=290.0, cx=159.5, cy=119.5)
+    v, u = np.indices(camera.shape)
+    radius = np.hypot(u - 159.5, v - 119.5) / 200
+    depth = WallPlane(1.5, 0.01, 0.02).depth(camera) + 0.02 * np.cos(2 * np.pi * radius**2) + 0.03 * radius**10
+    _, mask = find_wall(depth + 0.004 * np.random.default_rng(0).standard_normal(camera.shape), camera)
+    assert mask.mean() > 0.99
+
+
 def test_no_wall_is_said():
     rng = np.random.default_rng(2)
     with pytest.raises(FusionError, match="no wall found"):
