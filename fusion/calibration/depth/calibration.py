@@ -22,6 +22,7 @@ from fusion.calibration.depth.maps.errors_left import Laws, errors_left
 from fusion.calibration.depth.maps.radial_limit import radial_limit, within
 from fusion.calibration.depth.maps.surface import LEAST_WALLS, MapStack, judge_surface, native, stack_of
 from fusion.calibration.depth.maps.surface_sensor import with_surface
+from fusion.calibration.depth.maps.wall_shape import wall_shapes
 from fusion.calibration.depth.notes import Chosen, notes_on
 from fusion.calibration.depth.visibility import TermVisibility, visibilities
 from fusion.calibration.depth.walls.board_walls import board_walls
@@ -167,7 +168,8 @@ def _calibrated(walls: list[Wall], begin: Start, surface: bool) -> DepthCalibrat
     if "radius^4" in {v.term.key for v in seen if v.seen}:
         bent = [j.candidate for j in promising(judged) if "radius^2" in j.candidate.keys]
         judged += [judge(problem, richer(candidate)) for candidate in bent]
-    chosen = choose(judged)
+    shapes = wall_shapes(problem, judged, camera)
+    chosen = choose(judged, [shapes is None or shapes.allow(j) for j in judged])
     setting = FitSetting(camera, begin.uncorrected, nodes, light or 1000.0, begin.ratio, _ir_span(walls))
     units = [native(e, known) for e in problem.evidence]
     if surface and len(walls) >= LEAST_WALLS:
@@ -177,7 +179,10 @@ def _calibrated(walls: list[Wall], begin: Start, surface: bool) -> DepthCalibrat
             # a sensor holds one table: a curve of straight pieces or of the brightness is one already
             if not have & set(effects) and (kind == "map" or not base.candidate.tabulated):
                 judged.append(judge_surface(problem, base, units, kind))
-        chosen = choose(judged)
+        chosen = choose(judged, [shapes is None or shapes.allow(j) for j in judged])
+    if surface and shapes is not None and shapes.hold(judged):
+        begin = replace(begin, notes=(*begin.notes, ("warning", shapes.told(camera))))
+        return replace(_calibrated(shapes.without(camera), begin, False), walls=walls)
     fitted = finish(problem, judged[chosen].law, terms, setting)
     kind = judged[chosen].candidate.surface
     stack = stack_of(fitted.evidence, units, kind) if kind else None
