@@ -213,6 +213,17 @@ def test_the_shape_of_a_wall_is_no_error_of_the_sensor():
     assert found.walls is walls
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_walls_of_unknown_distance_stand_where_the_law_says(seed: int):
+    """Terms read where the depth says, 12 mm beside the wall, give an offset of five deviations and waves of waves."""
+    camera = replace(TOF, width=160, height=120, fx=145.0, fy=145.0, cx=79.5, cy=59.5)
+    wave = CyclicError(np.array([0.005]), np.array([LIGHT_SPEED / 2 / 120e6]), np.array([0.7]))
+    found = calibrated(camera, (DepthOffset(0.012), wave), seed=seed, known=False)
+    numbers = found.fitted.numbers
+    assert abs(numbers.value["offset"] - 0.012) < 3 * numbers.std["offset"]
+    assert len([key for key in numbers.value if key.startswith("sin ")]) == 1
+
+
 def test_the_deviation_of_a_map_is_how_far_its_tiles_are_off():
     rng = np.random.default_rng(0)
     truth = rng.normal(0, 2e-3, (30, 40))

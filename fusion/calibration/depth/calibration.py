@@ -13,6 +13,7 @@ from fusion.calibration.depth.laws.fitted import FitSetting, Fitted, finish
 from fusion.calibration.depth.laws.harmonics import harmonics
 from fusion.calibration.depth.laws.information import evidence_of, information_of
 from fusion.calibration.depth.laws.misstated import BETTER, MOST, misstated, told
+from fusion.calibration.depth.laws.placed import placed
 from fusion.calibration.depth.laws.selection import JudgedLaw, Problem, fit, judge, judge_all, level
 from fusion.calibration.depth.laws.terms import LawTerm, gloss_term
 from fusion.calibration.depth.laws.variance import spread_of, with_variance
@@ -143,7 +144,10 @@ def calibrate_depth(recordings: Sequence[Recording], settings: DepthSettings | N
 
 def calibrate_walls(walls: list[Wall], begin: Start, surface: bool = True) -> DepthCalibration:
     """The same from walls that are already reduced; walls whose stated distance cannot be are left out and named."""
-    first = found = _calibrated(walls, begin, surface)
+    first = _calibrated(walls, begin, surface)
+    if first.chosen and any(not np.isfinite(wall.distance) for wall in walls):
+        first = _calibrated(placed(walls, first.sensor, begin.camera), begin, surface)
+    found = first
     flight, left = begin.known.principle == Principle.TIME_OF_FLIGHT, []
     for _ in range(int(MOST * len(walls))):
         if (which := misstated(found.walls, found.judged, found.chosen, flight)) is None:

@@ -62,8 +62,14 @@ def find_wall(depth: Image, camera: Camera) -> tuple[WallPlane, NDArray[np.bool_
         raise FusionError("no wall found", found=share, expected="20 % or more", do="let the wall fill the view")
     with np.errstate(invalid="ignore"):
         mask = smooth_part(depth * (basis @ c) - 1, rays, near, CLOSEST * float(c[0]))
-    c = _least_squares(basis[mask], depth[mask].astype(float))
-    return WallPlane(1 / c[0], c[1] / c[0], c[2] / c[0]), mask
+    return plane_through(depth, mask, camera), mask
+
+
+def plane_through(depth: Image, mask: NDArray[np.bool_], camera: Camera) -> WallPlane:
+    """The plane that fits the pixels of a mask (h, w) of a depth image (h, w) [m] best."""
+    rays = camera.rays().astype(float)[mask]
+    c = _least_squares(np.column_stack([np.ones(len(rays)), rays]), depth[mask].astype(float))
+    return WallPlane(1 / c[0], c[1] / c[0], c[2] / c[0])
 
 
 def _consensus(basis: NDArray, z: NDArray) -> NDArray[np.floating]:

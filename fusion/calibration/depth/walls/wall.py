@@ -47,12 +47,13 @@ class Wall:
     # (h, w) change of the range [m] per unit of light that a board mirrors, or None; see `gloss.py`
     gloss: NDArray[np.floating] | None = None
     unread: dict[int, str] = field(default_factory=dict)  # index of each frame that could not be read: why
+    placed: WallPlane | None = None  # where it stands by a law, if its distance was not measured; see `placed.py`
 
     @property
     def true_plane(self) -> WallPlane:
-        """The fitted tilt at the stated distance, or the fitted plane where none is stated."""
+        """The fitted tilt at the stated distance, or where none is stated the plane by a law, or the fitted one."""
         if not np.isfinite(self.distance):
-            return self.plane
+            return self.placed or self.plane
         return replace(self.plane, distance=self.distance * self.plane.inverse_at(*self.centre))
 
     @property
