@@ -19,7 +19,8 @@ from fusion.calibration.depth.laws.terms import LawTerm, gloss_term
 from fusion.calibration.depth.laws.variance import spread_of, with_variance
 from fusion.calibration.depth.maps.axis_curve import axis_curve, rivals_of
 from fusion.calibration.depth.maps.curve import DepthCurve, span
-from fusion.calibration.depth.maps.errors_left import Laws, errors_left
+from fusion.calibration.depth.maps.errors_left import errors_left
+from fusion.calibration.depth.maps.left_out import AxisErrors, Laws, axis_errors, straight
 from fusion.calibration.depth.maps.radial_limit import radial_limit, within
 from fusion.calibration.depth.maps.surface import LEAST_WALLS, MapStack, judge_surface, native, stack_of
 from fusion.calibration.depth.maps.surface_sensor import with_surface
@@ -88,6 +89,7 @@ class DepthCalibration:
     fitted: Fitted  # the law in the end
     stack: MapStack | None  # what is left per pixel, when the law has a surface
     curve: DepthCurve | None  # bias over distance on the axis; None when no distance is known
+    left: AxisErrors | None  # of the corrected depth, within the walls' distances and beyond; None of no law
     # offset, offset_std: (w,) error of each wall on the axis before the correction [m]
     offset: NDArray[np.floating]
     offset_std: NDArray[np.floating]
@@ -196,11 +198,15 @@ def _calibrated(walls: list[Wall], begin: Start, surface: bool) -> DepthCalibrat
         sensor = with_lamp(sensor, walls, camera)  # the correction of recordings without IR images asks for it
     rivals = rivals_of(judged, chosen, terms)
     curve, offset, deviation = axis_curve(walls, rivals, fitted, setting)
+    left = None
     if chosen > 0:
         unseen = [v.term for v in seen if not v.seen]
-        sensor = replace(sensor, depth_errors=errors_left(walls, Laws(rivals, fitted), unseen, stack, setting))
-    notes = (*begin.notes, *notes_on(seen, walls, Chosen(judged[0], judged[chosen], refused(judged, chosen)), fitted))
-    evidence = (fitted, stack, curve, offset, deviation, seen, notes, begin.uncorrected)
+        laws = Laws(rivals, fitted, straight(terms, judged[chosen].law.keys))
+        left = axis_errors(walls, laws, setting)
+        sensor = replace(sensor, depth_errors=errors_left(walls, laws, unseen, stack, setting))
+    chosen_of = Chosen(judged[0], judged[chosen], refused(judged, chosen), left)
+    notes = (*begin.notes, *notes_on(seen, walls, chosen_of, fitted))
+    evidence = (fitted, stack, curve, left, offset, deviation, seen, notes, begin.uncorrected)
     return DepthCalibration(sensor, camera, walls, judged, chosen, *evidence)
 
 
