@@ -142,6 +142,15 @@ def test_no_wall_is_said():
         find_wall(np.full(SL.shape, np.nan), SL)
 
 
+def test_a_wall_that_fills_less_of_the_view_than_the_room_behind_it_is_found_where_it_is_stated():
+    depth = WallPlane(1.5, 0.1, 0.02).depth(SL)
+    depth[:, 40:] = WallPlane(5.5, 0.0, 0.0).depth(SL)[:, 40:]
+    means = Means(1, depth, np.full(SL.shape, np.nan), None)
+    wall = wall_of(means, SL, Sensor(), ("w", 1.502, LASER))
+    assert wall.plane.distance == pytest.approx(1.5, abs=1e-6) and wall.mask[5:-5, 3:36].all()
+    assert wall_of(means, SL, Sensor(), ("w", float("nan"), LASER)).plane.distance == pytest.approx(5.5, abs=1e-6)
+
+
 def test_a_wall_far_from_its_stated_distance_is_refused():
     means = Means(1, np.full(SL.shape, 1.0), np.full(SL.shape, np.nan), None)
     with pytest.raises(FusionError, match="not where the log says"):
