@@ -679,6 +679,12 @@ def test_a_single_wall_is_said_to_tell_no_law(tmp_path, capsys):
     assert ">nan<" not in text
 
 
+def test_a_camera_of_unknown_principle_is_told_what_was_not_looked_for():
+    for camera, told in ((replace(SL, principle="unknown"), True), (SL, False)):
+        notes = [text for _, text in start([_Recording(camera)], None, None).notes]
+        assert any("waves over the range are not looked for" in text for text in notes) == told
+
+
 def test_both_slopes_of_a_delay_have_a_deviation():
     numbers = LawNumbers({"delay u": 1e-5, "delay v": 2e-5}, {"delay u": 1e-6, "delay v": 3e-6})
     sensor = with_law(Sensor(principle="itof"), TOF, numbers)
