@@ -31,6 +31,14 @@ class CurveFigures:
 
 
 @dataclass(frozen=True)
+class LeftFigures:
+    """What is left on the optical axis by all that is known, from half the nearest distance to twice the farthest."""
+
+    distance_m: NDArray[Any]
+    std_m: NDArray[Any]
+
+
+@dataclass(frozen=True)
 class DepthFigures:
     """The law, the errors [m] on walls left out, and what was not seen."""
 
@@ -42,6 +50,7 @@ class DepthFigures:
     walls: tuple[WallFigures, ...]
     candidates: dict[str, float]
     curve: CurveFigures | None
+    left: LeftFigures | None
     not_seen: tuple[str, ...]
     notes: tuple[str, ...]
 
@@ -62,6 +71,7 @@ def depth_figures(found: DepthCalibration) -> DepthFigures:
         ),
         candidates={judged.candidate.name: judged.error for judged in found.judged},
         curve=None if curve is None else CurveFigures(curve.distance, curve.bias, curve.half_width),
+        left=None if found.left is None else LeftFigures(found.left.distance, found.left.std),
         not_seen=tuple(sorted({f"{v.term.effect}.{v.term.parameter}" for v in found.visibility if not v.seen})),
         notes=tuple(text for _, text in found.notes),
     )

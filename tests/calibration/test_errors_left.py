@@ -36,6 +36,23 @@ def test_errors_are_as_large_as_is_said():
     assert 0.2 < np.sqrt(np.mean(np.square(ratios))) < 1.4
 
 
+def test_errors_beyond_the_walls_are_as_large_as_is_said(monkeypatch):
+    """Of walls between 1.4 and 1.6 m, where scale and disparity do the same, cameras of usual errors."""
+    monkeypatch.setattr("test_depth_calibration.DISTANCES", np.linspace(1.4, 1.6, 6))
+    ratios, rng = [], np.random.default_rng(11)
+    for seed in range(16):
+        effects = DepthScale(rng.normal(0, 0.005)), DisparityOffset(rng.normal(0, 0.1))
+        found, true = calibrated(SL, effects, seed=seed), Sensor(principle=SL.principle, effects=effects)
+        if found.left is None:  # the two take each other at the walls
+            continue
+        for which in (0, -1):
+            depth = np.full(SL.shape, found.left.distance[which])
+            off = found.sensor.correct(true.predict(depth, SL), SL) - depth
+            ratios.append(off[36, 48] / found.left.std[which])
+    assert len(ratios) > 16
+    assert 0.3 < np.sqrt(np.mean(np.square(ratios))) < 1.4  # 4 to 40 times as large as by the law's numbers alone
+
+
 def test_numbers_that_hold_each_other_are_known_better_together():
     sensor = calibrated(SL, LAW).sensor
     alone = replace(sensor, depth_errors=None)

@@ -13,15 +13,18 @@ from fusion.calibration.depth.laws.fitted import FitSetting, Fitted, finish
 from fusion.calibration.depth.laws.harmonics import harmonics
 from fusion.calibration.depth.laws.information import evidence_of, information_of
 from fusion.calibration.depth.laws.misstated import BETTER, MOST, misstated, told
+from fusion.calibration.depth.laws.placed import placed
 from fusion.calibration.depth.laws.selection import JudgedLaw, Problem, fit, judge, judge_all, level
 from fusion.calibration.depth.laws.terms import LawTerm, gloss_term
 from fusion.calibration.depth.laws.variance import spread_of, with_variance
 from fusion.calibration.depth.maps.axis_curve import axis_curve, rivals_of
 from fusion.calibration.depth.maps.curve import DepthCurve, span
-from fusion.calibration.depth.maps.errors_left import Laws, errors_left
+from fusion.calibration.depth.maps.errors_left import errors_left
+from fusion.calibration.depth.maps.left_out import AxisErrors, Laws, axis_errors, straight
 from fusion.calibration.depth.maps.radial_limit import radial_limit, within
 from fusion.calibration.depth.maps.surface import LEAST_WALLS, MapStack, judge_surface, native, stack_of
 from fusion.calibration.depth.maps.surface_sensor import with_surface
+from fusion.calibration.depth.maps.wall_shape import wall_shapes
 from fusion.calibration.depth.notes import Chosen, notes_on
 from fusion.calibration.depth.visibility import TermVisibility, visibilities
 from fusion.calibration.depth.walls.board_walls import board_walls
@@ -86,6 +89,7 @@ class DepthCalibration:
     fitted: Fitted  # the law in the end
     stack: MapStack | None  # what is left per pixel, when the law has a surface
     curve: DepthCurve | None  # bias over distance on the axis; None when no distance is known
+    left: AxisErrors | None  # of the corrected depth, within the walls' distances and beyond; None of no law
     # offset, offset_std: (w,) error of each wall on the axis before the correction [m]
     offset: NDArray[np.floating]
     offset_std: NDArray[np.floating]
@@ -142,7 +146,10 @@ def calibrate_depth(recordings: Sequence[Recording], settings: DepthSettings | N
 
 def calibrate_walls(walls: list[Wall], begin: Start, surface: bool = True) -> DepthCalibration:
     """The same from walls that are already reduced; walls whose stated distance cannot be are left out and named."""
-    first = found = _calibrated(walls, begin, surface)
+    first = _calibrated(walls, begin, surface)
+    if first.chosen and any(not np.isfinite(wall.distance) for wall in walls):
+        first = _calibrated(placed(walls, first.sensor, begin.camera), begin, surface)
+    found = first
     flight, left = begin.known.principle == Principle.TIME_OF_FLIGHT, []
     for _ in range(int(MOST * len(walls))):
         if (which := misstated(found.walls, found.judged, found.chosen, flight)) is None:
@@ -167,7 +174,8 @@ def _calibrated(walls: list[Wall], begin: Start, surface: bool) -> DepthCalibrat
     if "radius^4" in {v.term.key for v in seen if v.seen}:
         bent = [j.candidate for j in promising(judged) if "radius^2" in j.candidate.keys]
         judged += [judge(problem, richer(candidate)) for candidate in bent]
-    chosen = choose(judged)
+    shapes = wall_shapes(problem, judged, camera)
+    chosen = choose(judged, [shapes is None or shapes.allow(j) for j in judged])
     setting = FitSetting(camera, begin.uncorrected, nodes, light or 1000.0, begin.ratio, _ir_span(walls))
     units = [native(e, known) for e in problem.evidence]
     if surface and len(walls) >= LEAST_WALLS:
@@ -177,7 +185,10 @@ def _calibrated(walls: list[Wall], begin: Start, surface: bool) -> DepthCalibrat
             # a sensor holds one table: a curve of straight pieces or of the brightness is one already
             if not have & set(effects) and (kind == "map" or not base.candidate.tabulated):
                 judged.append(judge_surface(problem, base, units, kind))
-        chosen = choose(judged)
+        chosen = choose(judged, [shapes is None or shapes.allow(j) for j in judged])
+    if surface and shapes is not None and shapes.hold(judged):
+        begin = replace(begin, notes=(*begin.notes, ("warning", shapes.told(camera))))
+        return replace(_calibrated(shapes.without(camera), begin, False), walls=walls)
     fitted = finish(problem, judged[chosen].law, terms, setting)
     kind = judged[chosen].candidate.surface
     stack = stack_of(fitted.evidence, units, kind) if kind else None
@@ -187,11 +198,15 @@ def _calibrated(walls: list[Wall], begin: Start, surface: bool) -> DepthCalibrat
         sensor = with_lamp(sensor, walls, camera)  # the correction of recordings without IR images asks for it
     rivals = rivals_of(judged, chosen, terms)
     curve, offset, deviation = axis_curve(walls, rivals, fitted, setting)
+    left = None
     if chosen > 0:
         unseen = [v.term for v in seen if not v.seen]
-        sensor = replace(sensor, depth_errors=errors_left(walls, Laws(rivals, fitted), unseen, stack, setting))
-    notes = (*begin.notes, *notes_on(seen, walls, Chosen(judged[0], judged[chosen], refused(judged, chosen)), fitted))
-    evidence = (fitted, stack, curve, offset, deviation, seen, notes, begin.uncorrected)
+        laws = Laws(rivals, fitted, straight(terms, judged[chosen].law.keys))
+        left = axis_errors(walls, laws, setting)
+        sensor = replace(sensor, depth_errors=errors_left(walls, laws, unseen, stack, setting))
+    chosen_of = Chosen(judged[0], judged[chosen], refused(judged, chosen), left)
+    notes = (*begin.notes, *notes_on(seen, walls, chosen_of, fitted))
+    evidence = (fitted, stack, curve, left, offset, deviation, seen, notes, begin.uncorrected)
     return DepthCalibration(sensor, camera, walls, judged, chosen, *evidence)
 
 

@@ -16,6 +16,12 @@ from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import stretch
 
 
+NO_PRINCIPLE = (
+    "how the camera measures is not stated: errors of a disparity or waves over the range are not looked for, and what "
+    'they do is left; state it ("principle" in camera.json: structured_light, active_stereo or itof)'
+)
+
+
 @dataclass(frozen=True)
 class Start:
     """What is known before the walls are seen."""
@@ -53,6 +59,8 @@ def start(recordings: Sequence[Recording], camera: Camera | None, sensor: Sensor
     notes += [("ok", text) for text in texts]
     if sensor is None:
         model = replace(model, name=names[0] or "calibrated")
+    if model.principle == Principle.UNKNOWN:
+        notes.append(("warning", NO_PRINCIPLE))
     ratio = _ratio(own, right) if model.principle == Principle.TIME_OF_FLIGHT else None
     old = model.effect("depth_scale")
     scale = 1 + np.asarray(old.scale) if isinstance(old, DepthScale) else 1.0

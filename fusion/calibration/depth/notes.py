@@ -7,6 +7,7 @@ from scipy.special import chdtri
 
 from fusion.calibration.depth.laws.fitted import Fitted
 from fusion.calibration.depth.laws.selection import JudgedLaw
+from fusion.calibration.depth.maps.left_out import AxisErrors
 from fusion.calibration.depth.visibility import TermVisibility
 from fusion.calibration.depth.walls.gloss import FRESNEL
 from fusion.calibration.depth.walls.wall import Wall
@@ -33,11 +34,12 @@ class Chosen(NamedTuple):
     before: JudgedLaw
     best: JudgedLaw
     left: JudgedLaw | None
+    errors: AxisErrors | None  # that are left by the one in use
 
 
 def notes_on(seen: list[TermVisibility], walls: list[Wall], judged: Chosen, fitted: Fitted) -> list[tuple[str, str]]:
     """("ok", "warning" or "bad", sentence) of each."""
-    before, best, left = judged
+    before, best, left, errors = judged
     notes = []
     hidden: dict[tuple[str, str], list[TermVisibility]] = {}
     for one in seen:
@@ -69,12 +71,17 @@ def notes_on(seen: list[TermVisibility], walls: list[Wall], judged: Chosen, fitt
     notes += [("warning", f"{wall.name}: {unread_text(wall.unread)}") for wall in walls if wall.unread]
     if text := implausible(float(np.median([wall.depth_there for wall in walls]))):
         notes.append(("bad", text))
-    if best is not before and (text := of_one_distance(before, walls)):
+    if errors is not None and (text := of_one_distance(before, walls, errors)):
         notes.append(("warning", text))
     if len(walls) < 2:
         notes.append(("bad", "one wall only: nothing can be left out to judge a law, so none is written"))
     elif len(walls) < 5:
-        notes.append(("warning", f"{len(walls)} walls: a law over distance needs five or more"))
+        text = f"{len(walls)} walls: five or more tell which law over distance holds"
+        more = (
+            "; this is the simplest that helps on walls left out, and errors of usual size that it leaves out, as far "
+        )
+        more += "as these walls allow them, are counted in what is left"
+        notes.append(("warning", text + more * (errors is not None)))
     if best is before and len(walls) > 1:
         notes.append(("ok", f"{NO_LAW}; if one is expected, {more_walls(walls)}"))
     if left is not None and best is not before:
@@ -85,7 +92,7 @@ def notes_on(seen: list[TermVisibility], walls: list[Wall], judged: Chosen, fitt
     return notes
 
 
-def of_one_distance(before: JudgedLaw, walls: list[Wall]) -> str:
+def of_one_distance(before: JudgedLaw, walls: list[Wall], left: AxisErrors) -> str:
     """A sentence where the walls do not tell an error that is the same at all distances from one that grows with it.
 
     The slope of a straight line through the walls' errors on the axis is known to its standard deviation; where twice
@@ -101,8 +108,9 @@ def of_one_distance(before: JudgedLaw, walls: list[Wall]) -> str:
     if abs(error) / middle * apart > 2 * std:
         return ""
     text = f"whether the {abs(error) * 1e3:.1f} mm at {middle:.2f} m are the same at all distances or grow with it, "
-    text += f"walls between {places.min():.2f} and {places.max():.2f} m do not tell: elsewhere the correction may be "
-    return text + "wrong by as much; record walls nearer and farther"
+    text += f"walls between {places.min():.2f} and {places.max():.2f} m do not tell: the correction may leave "
+    low, high = (f"{left.std[i] * 1e3:.1f} mm at {left.distance[i]:.2f} m" for i in (0, -1))
+    return f"{text}{low}, {high} (one standard deviation); record walls nearer and farther"
 
 
 def wrong_squares(walls: list[Wall]) -> str:

@@ -1,6 +1,7 @@
 """`fusion calibrate depth`: walls at known distances become a depth correction."""
 
 import argparse
+import math
 import sys
 from collections.abc import Mapping
 from pathlib import Path
@@ -14,7 +15,7 @@ from fusion.quantity import DISTANCE_STD, RADIAL_LIMIT
 
 if TYPE_CHECKING:
     from fusion.calibration.depth.calibration import DepthCalibration
-    from fusion.results.depth_figures import DepthFigures
+    from fusion.results.depth_figures import DepthFigures, LeftFigures
 
 EXAMPLE = "fusion calibrate depth wall_* --camera camera.json -o calibrated"
 
@@ -97,13 +98,23 @@ def _reach(limit: float | None) -> str:
     return f"{limit:.0f} px from the principal point; beyond, the corrected depth is twice as bad (--radial-limit)"
 
 
+def _left(left: "LeftFigures") -> str:
+    half, near, _, far, twice = (
+        f"{1e3 * std:.1f} mm at {z:.2f} m" for z, std in zip(left.distance_m, left.std_m, strict=True)
+    )
+    return f"{near}, {far}; beyond the walls {half}, {twice} (one standard deviation, what no wall tells counted in)"
+
+
 def _lines(told: "DepthFigures") -> list[str]:
     low, high = told.heldout_before_m * 1e3, told.heldout_after_m * 1e3
     glossy = " (what the board mirrors taken out too)" if "gloss" in told.law else ""
     held_out = f"{high:.2f} mm rms on a wall left out{glossy}, {low:.2f} mm without correction"
+    if not any(math.isfinite(wall.distance_m) for wall in told.walls):
+        held_out += "; of its shape, as no wall's distance is known"
     return [
         f"law       {told.law}, of {len(told.candidates)} candidates",
         f"held out  {held_out if len(told.walls) > 1 else 'one wall: nothing'}",
+        *([] if told.left is None else [f"left      {_left(told.left)}"]),
         f"good to   {_reach(told.radial_limit_px)}",
         *(f"note      {text}" for text in told.notes),
     ]

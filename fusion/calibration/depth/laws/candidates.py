@@ -50,6 +50,11 @@ class CandidateLaw:
         return any(key.startswith("curve") or key == "amplitude log" for key in self.keys)
 
     @property
+    def shaped(self) -> bool:
+        """True when it says anything over the image beside what a distance does: so might the shape of the walls."""
+        return bool(self.surface) or any(key.startswith("radius") for key in self.keys)
+
+    @property
     def over_distance(self) -> int:
         """How many numbers its curve over distance has that only other walls can tell, not other pixels."""
         return sum(key in ("offset", "scale", "disparity") or key.startswith("curve") for key in self.keys)

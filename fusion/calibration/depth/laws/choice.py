@@ -11,8 +11,8 @@ NEGLIGIBLE = 4.0  # of chi2: what one number that means nothing is expected to g
 PROMISING = 12  # laws that are tried with one more radial term: the first ten differ by less than that term does
 
 
-def choose(judged: Sequence[JudgedLaw]) -> int:
-    """The candidate to use: index among `judged`, of which the first is no law at all.
+def choose(judged: Sequence[JudgedLaw], allowed: Sequence[bool] | None = None) -> int:
+    """The candidate to use: index among `judged`, of which the first is no law at all; one that is `allowed`.
 
     Every wall is left out once, and laws are compared wall by wall; a difference counts where it is more than its
     standard error over the walls. Pixels of one wall err together, so their number does not.
@@ -27,19 +27,20 @@ def choose(judged: Sequence[JudgedLaw]) -> int:
     if len(judged[0].rms) < 2:
         return 0
     plain = [j.rms**2 for j in judged]
-    found = [i for i in range(1, len(judged)) if established(judged[i].law) and _less(plain[i], plain[0])]
+    some = [i for i in range(1, len(judged)) if allowed is None or allowed[i]]
+    found = [i for i in some if established(judged[i].law) and less(plain[i], plain[0])]
     if not found:
         return 0
     nearest = min(found, key=lambda i: float(plain[i].sum()))
     chi2 = [j.chi2 for j in judged]
-    near = [i for i in found if not _less(plain[nearest], plain[i])]
+    near = [i for i in found if not less(plain[nearest], plain[i])]
     lost = [float(np.sum(one - chi2[nearest])) for one in chi2]
-    alike = [i for i in near if lost[i] <= NEGLIGIBLE and not _less(chi2[nearest], chi2[i])]
+    alike = [i for i in near if lost[i] <= NEGLIGIBLE and not less(chi2[nearest], chi2[i])]
     return min(alike, key=lambda i: (complexity(judged[i]), float(chi2[i].sum())))
 
 
-def _less(one: NDArray[np.floating], other: NDArray[np.floating]) -> bool:
-    """Whether errors (w,) on walls left out are less than others by more than the standard error of the difference."""
+def less(one: NDArray[np.floating], other: NDArray[np.floating]) -> bool:
+    """Whether squared errors (w,) on walls left out are less than others by more than their difference's deviation."""
     difference = other - one
     return bool(difference.mean() > difference.std(ddof=1) / np.sqrt(len(difference)))
 
@@ -58,7 +59,7 @@ def refused(judged: Sequence[JudgedLaw], chosen: int) -> JudgedLaw | None:
         return None
     best = min((j for j in judged if established(j.law)), key=lambda j: float(j.chi2.sum()))
     mine = judged[chosen]
-    return best if best is not mine and _less(best.chi2, mine.chi2) and best.error > mine.error else None
+    return best if best is not mine and less(best.chi2, mine.chi2) and best.error > mine.error else None
 
 
 def complexity(judged: JudgedLaw) -> int:

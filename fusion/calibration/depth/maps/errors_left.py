@@ -1,16 +1,15 @@
 """What a calibration leaves of errors of depth over image and distance, by all that it knows of itself."""
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 
-from fusion.calibration.depth.laws.fitted import FitSetting, Fitted
+from fusion.calibration.depth.laws.fitted import FitSetting
 from fusion.calibration.depth.laws.terms import LawTerm, length, pixels
-from fusion.calibration.depth.maps.curve import Rival, light_of, span
+from fusion.calibration.depth.maps.curve import light_of, span
+from fusion.calibration.depth.maps.left_out import Laws, changes, left_out, root
 from fusion.calibration.depth.maps.surface import MapStack
-from fusion.calibration.depth.walls.samples import WallSamples, samples_at
+from fusion.calibration.depth.walls.samples import samples_at
 from fusion.calibration.depth.walls.wall import Wall
 from fusion.sensor.depth_errors import DepthErrors
 
@@ -18,17 +17,8 @@ ROWS, COLUMNS = 7, 9  # of the grid: laws are of the fourth order over the image
 STEP = 0.02  # [m] of depth, a tenth of the shortest wave that matters
 FEWEST, MOST = 16, 100  # depths of the grid
 BEYOND = 1.25  # factor by which the grid goes on beyond the nearest and farthest wall
-# what a unit may be wrong by at all distances alike; curves and waves have priors of their own
-STRAIGHT = ("offset", "scale", "disparity")
 DROPPED = 1e-4  # share of the variance that may be lost with the smallest of errors that are many
 Array = NDArray[np.floating]
-
-
-class Laws(NamedTuple):
-    """The law in use and others that may hold as well, as `rivals_of` has them; the first fitted to its end."""
-
-    rivals: list[Rival]
-    fitted: Fitted
 
 
 def errors_left(
@@ -38,9 +28,10 @@ def errors_left(
     stack: MapStack | None,
     setting: FitSetting,
 ) -> DepthErrors:
-    """Four causes together: the law's numbers by their covariance, in which the walls' scatter is; that another law
-    may hold, by how far the others lie from it, each by its weight; what the walls cannot show, of its usual size; and
-    the map, by how walls differ from it.
+    """Five causes together: the law's numbers by their covariance, in which the walls' scatter is; straight terms that
+    it leaves out, of usual size as far as the walls allow; that another law may hold, by how far the others lie from
+    it, each by its weight; what the walls cannot show over the image, of its usual size; and the map, by how walls
+    differ from it.
 
     Args:
         walls: as read.
@@ -50,33 +41,22 @@ def errors_left(
         setting: camera and known sensor.
     """
     camera, known = setting.camera, setting.known
-    (own, *others), fitted = laws
+    (own, *others), fitted = laws.rivals, laws.fitted
     near, far = span(walls)
     depth = np.linspace(near / BEYOND, far * BEYOND, int(np.clip((far - near) / STEP, FEWEST, MOST)))
     v, u = (np.linspace(0, n - 1, k).round() for n, k in ((camera.height, ROWS), (camera.width, COLUMNS)))
     V, U, Z = (grid.ravel() for grid in np.meshgrid(v, u, depth, indexing="ij"))
     at = samples_at(np.array([U, V], np.intp), Z, camera, known, light_of(walls))
-    of_numbers = _changes(fitted.terms, at) @ _root(fitted.covariance)
-    chosen, total = _changes(own.terms, at) @ own.numbers, sum(law.weight for law in laws.rivals)
-    apart = [np.sqrt(law.weight / total) * (_changes(law.terms, at) @ law.numbers - chosen) for law in others]
-    usual = [term.typical * term.change(at) for term in unseen if term.shape or term.key in STRAIGHT]
+    law = changes(fitted.terms, at)
+    of_numbers = np.column_stack([law @ root(fitted.covariance), left_out(laws, law, changes(laws.left_out, at))])
+    chosen, total = changes(own.terms, at) @ own.numbers, sum(law.weight for law in laws.rivals)
+    apart = [np.sqrt(law.weight / total) * (changes(law.terms, at) @ law.numbers - chosen) for law in others]
+    usual = [term.typical * term.change(at) for term in unseen if term.shape]
     unit = (pixels if known.principle.triangulates else length)(lambda samples: np.ones(len(samples.depth)))(at)
     of_map = [] if stack is None else [unit * _read(error, stack, (V, U)) for error in stack.errors]
     fields = np.vstack([of_numbers.T, *usual, *_largest([*apart, *of_map])])
     shape = (-1, len(v), len(u), len(depth))
     return DepthErrors(v, u, depth, np.asarray(fields, float).reshape(shape))
-
-
-def _changes(terms: tuple[LawTerm, ...], at: WallSamples) -> Array:
-    """(n, k) change of the depth per unit of each term."""
-    return np.column_stack([np.zeros((len(at.depth), 0)), *(term.change(at) for term in terms)])
-
-
-def _root(covariance: Array) -> Array:
-    """(k, k) whose columns are independent errors of the numbers."""
-    size = np.sqrt(np.maximum(np.diag(covariance), 1e-300))  # units differ
-    values, vectors = np.linalg.eigh(covariance / np.outer(size, size))
-    return np.asarray(size[:, None] * vectors * np.sqrt(np.maximum(values, 0)))
 
 
 def _read(error: Array, stack: MapStack, place: tuple[Array, Array]) -> Array:

@@ -70,10 +70,10 @@ def stack_of(evidence: list[WallEvidence], units: list[Array], kind: str) -> Map
     distances = np.array([evidence[i].wall.true_plane.distance for i in order])
     centres = _centres(evidence[0].tiles)
     if kind == "map":
-        return MapStack(distances[:1], _filled(_mean(maps)[0])[None], *centres, _std_of_mean(maps), _apart(maps))
+        return MapStack(distances[:1], filled(_mean(maps)[0])[None], *centres, _std_of_mean(maps), _apart(maps))
     weight = np.concatenate([w[w > 0] for _, w in maps])
     std = 1 / np.sqrt(4 * np.pi * SMOOTH**2 * np.median(weight))  # a bell counts that many tiles
-    return MapStack(distances, np.array([_filled(values) for values, _ in maps]), *centres, float(std))
+    return MapStack(distances, np.array([filled(values) for values, _ in maps]), *centres, float(std))
 
 
 def _apart(maps: list[tuple[Array, Array]]) -> tuple[Array, ...]:
@@ -108,13 +108,13 @@ def _maps(walls: Sequence[tuple[WallEvidence, Array, Array]], kind: str) -> list
     and distance alone would take slope and mean of the piece, so that the map of many pieces were too flat. Nor is
     noise what the walls share, which is most of what they leave of a law: each is weighed by the rest.
     """
-    maps = [_map(*wall) for wall in walls]
+    maps = [smooth_map(*wall) for wall in walls]
     for _ in range(TURNS if kind == "map" else 0):
         shared = np.nan_to_num(_mean(maps)[0])
         left = [level(e, rest - unit * _read(shared, e)) for e, rest, unit in walls]
         usual = float(np.median([spread_of(rest) for rest in left]))
         each = [with_variance(replace(e, variance=0 * r), r, usual) for (e, *_), r in zip(walls, left, strict=True)]
-        found = [_map(e, rest, unit) for e, rest, (*_, unit) in zip(each, left, walls, strict=True)]
+        found = [smooth_map(e, rest, unit) for e, rest, (*_, unit) in zip(each, left, walls, strict=True)]
         maps = [(shared + value, weight) for value, weight in found]
     return maps
 
@@ -124,7 +124,7 @@ def _read(values: Array, evidence: WallEvidence) -> Array:
     return values[evidence.tiles.place[:, 0], evidence.tiles.place[:, 1]]
 
 
-def _map(evidence: WallEvidence, rest: Array, unit: Array) -> tuple[Array, Array]:
+def smooth_map(evidence: WallEvidence, rest: Array, unit: Array) -> tuple[Array, Array]:
     """Smooth error (rows, columns) in the sensor's unit, NaN where nothing is known, and its weight."""
     rest = level(evidence, rest)
     value, weight = evidence.tiles.image(rest / unit), evidence.tiles.image(unit**2 / evidence.variance)
@@ -150,11 +150,11 @@ def _expected(kind: str, maps: list[tuple[Array, Array]], distances: Array, at: 
     low = int(min(place, len(order) - 1))
     high = min(low + 1, len(order) - 1)
     share = place - low
-    first, second = (_filled(maps[order[k]][0]) for k in (low, high))
+    first, second = (filled(maps[order[k]][0]) for k in (low, high))
     return (1 - share) * first + share * second
 
 
-def _filled(values: Array) -> Array:
+def filled(values: Array) -> Array:
     """The nearest known value where there is none."""
     missing = ~np.isfinite(values)
     if not missing.any() or missing.all():

@@ -2,21 +2,18 @@
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.calibration.depth.walls.bend import smooth_part
 from fusion.errors import FusionError
 from fusion.geometry.camera import Camera
-from fusion.geometry.robust import robust_std
 
 Image = NDArray[np.floating]
 
 TRIES = 200  # random planes: with half the pixels on the wall 1 - (1 - 1/8)^200 find it
 TOLERANCE = 0.03  # share of the depth: a sensor's own errors stay below, what stands before a wall does not
-CLOSER = 5.0  # robust standard deviations about a smooth surface
 CLOSEST = 0.004  # [m] never cut closer than this
-BORDER = 3  # [px] around what is not wall: mixed pixels
 SAMPLE = 8000  # pixels that vote
 
 
@@ -63,9 +60,16 @@ def find_wall(depth: Image, camera: Camera) -> tuple[WallPlane, NDArray[np.bool_
     if near.sum() < 0.2 * known.sum():
         share = f"{100 * near.sum() / known.sum():.0f} % of the pixels on one plane"
         raise FusionError("no wall found", found=share, expected="20 % or more", do="let the wall fill the view")
-    mask = _smooth_part(depth, c, basis, near)
-    c = _least_squares(basis[mask], depth[mask].astype(float))
-    return WallPlane(1 / c[0], c[1] / c[0], c[2] / c[0]), mask
+    with np.errstate(invalid="ignore"):
+        mask = smooth_part(depth * (basis @ c) - 1, rays, near, CLOSEST * float(c[0]))
+    return plane_through(depth, mask, camera), mask
+
+
+def plane_through(depth: Image, mask: NDArray[np.bool_], camera: Camera) -> WallPlane:
+    """The plane that fits the pixels of a mask (h, w) of a depth image (h, w) [m] best."""
+    rays = camera.rays().astype(float)[mask]
+    c = _least_squares(np.column_stack([np.ones(len(rays)), rays]), depth[mask].astype(float))
+    return WallPlane(1 / c[0], c[1] / c[0], c[2] / c[0])
 
 
 def _consensus(basis: NDArray, z: NDArray) -> NDArray[np.floating]:
@@ -97,24 +101,3 @@ def _least_squares(basis: NDArray, z: NDArray) -> NDArray[np.floating]:
     A = basis[::step] * z[::step, None]
     # normal equations: three columns of one size, and some thirty times as fast as a decomposition
     return np.linalg.solve(A.T @ A, A.sum(axis=0))
-
-
-def _smooth_part(depth: Image, c: NDArray, basis: NDArray, near: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Pixels within the tolerance that also follow a smooth bend, as lens and sensor make it: a poster does not."""
-    x, y = basis[..., 1], basis[..., 2]
-    bend = np.stack([np.ones_like(x), x, y, x * x, x * y, y * y, (x * x + y * y) ** 2], axis=-1)
-    with np.errstate(invalid="ignore"):
-        off = depth * (basis @ c) - 1
-    keep = near.copy()
-    for _ in range(4):
-        v, u = np.nonzero(keep)
-        step = max(1, len(v) // SAMPLE)
-        A = bend[v[::step], u[::step]]
-        coefficients = np.linalg.lstsq(A.T @ A, A.T @ off[v[::step], u[::step]], rcond=1e-12)[0]
-        rest = off - bend @ coefficients
-        spread = robust_std(rest[keep])
-        limit = max(CLOSER * spread, CLOSEST * float(c[0]))
-        keep = near & (np.abs(rest) < limit)
-    # a single lost pixel is noise; a patch of them is a thing, and its border is mixed
-    other = cv2.morphologyEx((~keep & np.isfinite(depth)).astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
-    return keep & (cv2.dilate(other, np.ones((2 * BORDER + 1,) * 2, np.uint8)) == 0)

@@ -33,10 +33,10 @@ class TileGrid:
         return np.where(number > 0, total / np.maximum(number, 1), np.nan).reshape(self.grid)
 
 
-def tiles_of(mask: NDArray[np.bool_]) -> TileGrid:
-    """Square tiles over the pixels of a mask (h, w); those that hold few of them are left out."""
+def tiles_of(mask: NDArray[np.bool_], side: int | None = None) -> TileGrid:
+    """Square tiles over the pixels of a mask (h, w), `side` px wide; those that hold few of them are left out."""
     height, width = mask.shape
-    side = side_of(width)
+    side = side or side_of(width)
     grid = -(-height // side), -(-width // side)
     v, u = np.mgrid[0:height, 0:width] // side
     flat = v * grid[1] + u

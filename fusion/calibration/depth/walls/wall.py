@@ -19,6 +19,8 @@ from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import View, incidence_of
 
 FAR_OFF = 0.15  # share: a wall that is this far from the stated distance is another wall
+ASIDE = 0.4  # share by which a tilted wall's depth leaves that distance at the border: 40 degrees at 25 from the axis
+LEAST_SHARE = 0.2  # of the pixels with a depth that a wall fills at least, as where no distance is stated
 
 LEAST_STD = 1e-6  # [m] no wall's distance is known better, and weights stay finite
 
@@ -47,12 +49,13 @@ class Wall:
     # (h, w) change of the range [m] per unit of light that a board mirrors, or None; see `gloss.py`
     gloss: NDArray[np.floating] | None = None
     unread: dict[int, str] = field(default_factory=dict)  # index of each frame that could not be read: why
+    placed: WallPlane | None = None  # where it stands by a law, if its distance was not measured; see `placed.py`
 
     @property
     def true_plane(self) -> WallPlane:
-        """The fitted tilt at the stated distance, or the fitted plane where none is stated."""
+        """The fitted tilt at the stated distance, or where none is stated the plane by a law, or the fitted one."""
         if not np.isfinite(self.distance):
-            return self.plane
+            return self.placed or self.plane
         return replace(self.plane, distance=self.distance * self.plane.inverse_at(*self.centre))
 
     @property
@@ -145,10 +148,15 @@ def wall_of(
     depth = known.correct(means.measured, View(camera, means.measured, ir=ir, moment=moment))
     try:
         plane, mask = find_wall(depth, camera)
+        if _far_off(plane, distance, centre):  # what most of the image shows is not what was measured
+            with np.errstate(invalid="ignore"):
+                near = np.where(np.abs(depth / distance - 1) < ASIDE, depth, np.nan)
+            if np.isfinite(near).sum() > LEAST_SHARE * np.isfinite(depth).sum():
+                plane, mask = find_wall(near, camera)
     except FusionError as error:
         raise FusionError(error.what, name, error.found, error.expected, error.do) from error
-    seen = plane.distance / plane.inverse_at(*centre)
-    if np.isfinite(distance) and abs(seen / distance - 1) > FAR_OFF:
+    if _far_off(plane, distance, centre):
+        seen = plane.distance / plane.inverse_at(*centre)
         raise FusionError(
             "the wall is not where the log says",
             name,
@@ -171,6 +179,11 @@ def wall_of(
         centre,
         unread=means.unread,
     )
+
+
+def _far_off(plane: WallPlane, distance: float, centre: tuple[float, float]) -> bool:
+    """True of a plane that is not the wall at a stated distance [m]; False where none is stated."""
+    return bool(np.isfinite(distance) and abs(plane.distance / plane.inverse_at(*centre) / distance - 1) > FAR_OFF)
 
 
 def _moment(recording: Recording, frames: slice) -> Moment:
