@@ -16,6 +16,7 @@ Array = NDArray[np.float64]
 
 # matching windows and mixed pixels shift the surface this much closer to a silhouette than normals need [px]
 BORDER = 1
+STEEP = 5.7  # a surface seen at 80 degrees changes its depth by as many pixel widths from one pixel to the next
 WINDOW = 5  # [px] about the half width of the matching windows of triangulating cameras (9 px for the first Kinect)
 
 
@@ -128,6 +129,27 @@ def usable(surface: PointMap, region: Region) -> NDArray[np.bool_]:
     return np.asarray(known)
 
 
+def whole(depth: NDArray[np.float32], surface: PointMap, region: Region) -> NDArray[np.bool_]:
+    """(h, w) pixels that a model of the object may meet: on the object, and not beside a step or hole themselves.
+
+    The model has normals of its own, so a pixel needs none. Those that have none, two or three deep along the rim, see
+    the surface turn away, where a turn changes their depth most: on a statue 35 pixels across they hold two thirds of
+    what all tell of the angles (0.145 deg at best without, 0.083 with; tools/sets/fresh/angles.py, seed 446, unit 16).
+
+    Args:
+        depth: (h, w) [m] of what may be the object, NaN elsewhere.
+        surface: all that the frame shows, in the window of the region.
+        region: as of `usable`.
+    """
+    limit = STEEP / surface.camera.fx * depth + 3 * surface.sigma
+    known = before_wall(surface, region) & np.isfinite(depth) & ~_overlaid(surface)
+    for axis in (0, 1):
+        for way in (-1, 1):  # of NaN no comparison is true; what comes round the image's edge is no neighbour
+            known &= np.abs(np.roll(depth, way, axis) - depth) < limit
+    known[[0, -1]] = known[:, [0, -1]] = False
+    return known if region.still is None else known & ~region.still
+
+
 def before_wall(surface: PointMap, region: Region) -> NDArray[np.bool_]:
     """(h, w) pixels that lie within the region and before what stands behind it; arguments as of `usable`."""
     inside = region.holds(surface.points)
@@ -142,5 +164,4 @@ def _overlaid(surface: PointMap) -> NDArray[np.bool_]:
     depth = surface.points[..., 2]
     around = np.ones((2 * WINDOW + 1, 2 * WINDOW + 1), np.uint8)
     farthest = cv2.dilate(np.nan_to_num(depth).astype(np.float32), around)
-    # a surface seen at 80 degrees changes its depth by 5.7 pixel widths from one pixel to the next
-    return np.asarray(farthest - depth > 5.7 * WINDOW * depth / camera.fx)
+    return np.asarray(farthest - depth > STEEP * WINDOW * depth / camera.fx)

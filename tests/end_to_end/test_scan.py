@@ -103,7 +103,7 @@ def written(left, scan, tmp_path_factory):
 
 def motion_known(patch, motion):
     """No motion is sought in what follows: it is this one."""
-    patch.setattr("fusion.scan.finding.attempt.fit_pairs", lambda *_: PairFit(motion, None, [], None))
+    patch.setattr("fusion.scan.finding.attempt.fit_pairs", lambda *_: PairFit(motion, None, None))
     patch.setattr("fusion.scan.finding.turn.find_motion", lambda *_: ModelFit(motion))
 
 

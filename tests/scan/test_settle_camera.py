@@ -31,7 +31,7 @@ def found(camera, residual, share=1.0, asked=None) -> Attempt:
     )
     recording = Recording("native", None, camera, np.arange(36) / 10, lambda i: None)
     whole = Asked(recording, default_sensor(camera), ScanSettings(refine_camera=asked))
-    fit = PairFit(motion, None, [None] * 36, None)
+    fit = PairFit(motion, None, None)
     return Attempt(whole, Region(np.zeros(3), np.ones(3)), [None] * 36, fit, None, {})
 
 

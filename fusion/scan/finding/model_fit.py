@@ -15,7 +15,7 @@ from fusion.turntable.model.finish import How, finish
 from fusion.turntable.model.rays import Rays, rays_of
 from fusion.turntable.motion import Motion
 from fusion.turntable.selfcheck import SelfCheck, prior_of
-from fusion.turntable.views import Region
+from fusion.turntable.views import Region, whole
 from fusion.volume.prepared import Prepared, fused
 from fusion.volume.volume import Volume, VolumeSettings
 
@@ -36,10 +36,9 @@ def fit_model(frames: list[Prepared | None], asked: Asked, region: Region, fit: 
     # a model is sharp only where camera and depth fit the motion, and it has one axis
     if motion.shifts is not None or (motion.camera_check.values != motion.taken_out.values).any():
         return ModelFit(motion)
-    both = zip(frames, fit.pixels, strict=True)
-    rays = [None if f is None or p is None else rays_of(f.surface, p) for f, p in both]
+    cut = region.cut(region.window(camera))
+    rays = [None if f is None else rays_of(f.surface, whole(f.depth, f.surface, cut)) for f in frames]
     with stage("motion"):
-        cut = region.cut(region.window(camera))
         frames = object_alone(frames, cut, motion)
         volume = choose_volume(asked.settings, camera, frames, cut, motion)
         doubt = None

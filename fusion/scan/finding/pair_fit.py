@@ -46,7 +46,6 @@ class PairFit:
 
     motion: Motion  # of the table
     commanded: Array | None  # (n,) told angles [rad] that it follows, or None
-    pixels: list[NDArray[np.bool_] | None]  # of each frame (h, w), those that take part, or None
     known: DepthKnown | None  # how well the depth is known; None where no calibration says it
 
 
@@ -69,10 +68,9 @@ def fit_pairs(
     settings, camera = asked.settings, asked.recording.camera
     cut = region.cut(region.window(camera))
     marks = {} if region.below is None else region.below.marks
-    pixels = [None if f is None else usable(f.surface, cut) for f in frames]
     views = [
-        _nothing(frames) if f is None or p is None else view(f.surface, p, f.color, marks.get(index))
-        for index, (f, p) in enumerate(zip(frames, pixels, strict=True))
+        _nothing(frames) if f is None else view(f.surface, usable(f.surface, cut), f.color, marks.get(index))
+        for index, f in enumerate(frames)
     ]
     with stage("motion"):
         if settings.step is not None and not settings.force:
@@ -81,7 +79,7 @@ def fit_pairs(
         motion, commanded = _motion(views, cut, _Known(commanded, known, settings.step is None), start)
     if start is not None:
         motion = replace(motion, rejected={**motion.rejected, **start.rejected})
-    return PairFit(motion, commanded, pixels, known)
+    return PairFit(motion, commanded, known)
 
 
 def _known(sensor: Sensor, camera: Camera, region: Region) -> DepthKnown | None:

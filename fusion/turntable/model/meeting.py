@@ -59,7 +59,8 @@ def meet(
             n = gradient / size
             residual = (measured - x).dot(n) + distance
             cosine = -d.dot(n)
-            alike = (T @ vec3(rays[i, 3], rays[i, 4], rays[i, 5])).dot(n) > ALIKE
+            # of no normal no comparison is true: what is beside a rim has none
+            alike = not (T @ vec3(rays[i, 3], rays[i, 4], rays[i, 5])).dot(n) < ALIKE
             plate = ti.abs(n[2]) > PLATE_LEVEL and x[2] < PLATE_NEAR
             if ti.abs(residual) < reach and cosine > LEAST_COSINE and alike and not plate:
                 cell[i] = block * CELLS + (at[0] >> 1) * 16 + (at[1] >> 1) * 4 + (at[2] >> 1)

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from fusion.compute.language import F32_2, F64_2, U8_2, kernel, ti
 from fusion.compute.start import start
+from fusion.geometry.camera import Principle
 from fusion.geometry.depth import PointMap
 from fusion.turntable.selfcheck import SelfCheck
 
@@ -21,8 +22,8 @@ Array = NDArray[np.float64]
 class Rays:
     """What one frame shows of the object."""
 
-    # (n, 8) point in the camera [m], normal, standard deviation of the depth [m], and by how much the errors of rough
-    # places (see `shared_errors`) widen it
+    # (n, 8) point in the camera [m], normal (NaN beside a rim), standard deviation of the depth [m], by how much the
+    # errors of rough places (see `shared_errors`) widen it; inf where the axis must not hang on it
     values: NDArray[np.float32]
     tiles: NDArray[np.int32]  # (n, 2) row and column of the tile in which neighbours' errors are alike
 
@@ -58,6 +59,8 @@ def rays_of(surface: PointMap, usable: NDArray[np.bool_], most: int = 20_000) ->
     together = ((2 * HALF + 1) / stride) ** 2
     common = shared_errors(surface.points[..., 2], surface.sigma, known)[grid]
     spoilt = np.sqrt(1 + together * common)
+    if surface.camera.principle != Principle.TIME_OF_FLIGHT:  # a matching window at a rim sees one side of its pixel
+        spoilt[~np.isfinite(surface.normals[grid][:, 0])] = np.inf
     values = np.column_stack([surface.points[grid], surface.normals[grid], surface.sigma[grid], spoilt])
     return Rays(values.astype(np.float32), (np.argwhere(grid) // (stride * TILE)).astype(np.int32))
 

@@ -121,7 +121,7 @@ def _scale(e: CellEquations, offset: Array, steady: bool, lowest: float) -> floa
     some = np.arange(0, len(e.rows), max(1, len(e.rows) // SOME))
     rest = e.rows[some, RESIDUAL] - offset[np.searchsorted(e.first, some, side="right") - 1]
     sigma = e.rows[some, SIGMA] * e.rows[some, SPOILT] if steady else e.rows[some, SIGMA]
-    taken = e.rows[some, HEIGHT] >= lowest
+    taken = (e.rows[some, HEIGHT] >= lowest) & np.isfinite(sigma)
     return max(robust_std(rest[taken] / sigma[taken]), 0.1) if taken.any() else 1.0
 
 
