@@ -15,7 +15,6 @@ from fusion.sensor.effects.readout.depth_scale import DepthScale
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import stretch
 
-
 NO_PRINCIPLE = (
     "how the camera measures is not stated: errors of a disparity or waves over the range are not looked for, and what "
     'they do is left; state it ("principle" in camera.json: structured_light, active_stereo or itof)'
