@@ -179,7 +179,7 @@ def _calibrated(walls: list[Wall], begin: Start, surface: bool) -> DepthCalibrat
     setting = FitSetting(camera, begin.uncorrected, nodes, light or 1000.0, begin.ratio, _ir_span(walls))
     units = [native(e, known) for e in problem.evidence]
     if surface and len(walls) >= LEAST_WALLS:
-        base = judged[chosen]
+        base = judged[choose(judged)]
         for kind in ("map", "stack"):
             effects = ("tabulated",) if kind == "stack" else ("disparity_distortion", "fixed_pattern")
             # a sensor holds one table: a curve of straight pieces or of the brightness is one already
