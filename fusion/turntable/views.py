@@ -123,31 +123,10 @@ def usable(surface: PointMap, region: Region) -> NDArray[np.bool_]:
     known = np.isfinite(surface.normals[..., 0])
     # a square of the house's border around every hole and step takes no part
     known &= cv2.erode(known.astype(np.uint8), np.ones((2 * BORDER + 1, 2 * BORDER + 1), np.uint8)) > 0
-    known &= before_wall(surface, region) & (surface.incidence < np.deg2rad(75)) & ~_overlaid(surface)
+    known &= before_wall(surface, region) & (surface.incidence < np.deg2rad(75)) & ~overlaid(surface)
     if region.still is not None:  # what stands still in the image says "no turn", whatever turns behind it
         known &= ~region.still
     return np.asarray(known)
-
-
-def whole(depth: NDArray[np.float32], surface: PointMap, region: Region) -> NDArray[np.bool_]:
-    """(h, w) pixels that a model of the object may meet: on the object, and not beside a step or hole themselves.
-
-    The model has normals of its own, so a pixel needs none. Those that have none, two or three deep along the rim, see
-    the surface turn away, where a turn changes their depth most: on a statue 35 pixels across they hold two thirds of
-    what all tell of the angles (0.145 deg at best without, 0.083 with; tools/sets/fresh/angles.py, seed 446, unit 16).
-
-    Args:
-        depth: (h, w) [m] of what may be the object, NaN elsewhere.
-        surface: all that the frame shows, in the window of the region.
-        region: as of `usable`.
-    """
-    limit = STEEP / surface.camera.fx * depth + 3 * surface.sigma
-    known = before_wall(surface, region) & np.isfinite(depth) & ~_overlaid(surface)
-    for axis in (0, 1):
-        for way in (-1, 1):  # of NaN no comparison is true; what comes round the image's edge is no neighbour
-            known &= np.abs(np.roll(depth, way, axis) - depth) < limit
-    known[[0, -1]] = known[:, [0, -1]] = False
-    return known if region.still is None else known & ~region.still
 
 
 def before_wall(surface: PointMap, region: Region) -> NDArray[np.bool_]:
@@ -156,7 +135,7 @@ def before_wall(surface: PointMap, region: Region) -> NDArray[np.bool_]:
     return inside if region.wall is None else inside & ~(surface.points[..., 2] >= region.wall)
 
 
-def _overlaid(surface: PointMap) -> NDArray[np.bool_]:
+def overlaid(surface: PointMap) -> NDArray[np.bool_]:
     """(h, w) pixels before a background so near in the image that a matching window may have spread them over it."""
     camera = surface.camera
     if not camera.principle.triangulates:

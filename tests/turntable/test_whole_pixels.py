@@ -11,7 +11,8 @@ from fusion.turntable.axis import Turns, about_axis
 from fusion.turntable.model.rays import bundle, rays_of
 from fusion.turntable.model.system import equations, solve
 from fusion.turntable.selfcheck import NAMES, SelfCheck
-from fusion.turntable.views import Region, usable, whole
+from fusion.turntable.views import Region, usable
+from fusion.turntable.whole import whole
 from fusion.volume.volume import Volume, VolumeSettings
 
 EVERYWHERE = Region(np.full(3, -9.0), np.full(3, 9.0))

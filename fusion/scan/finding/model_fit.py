@@ -15,7 +15,8 @@ from fusion.turntable.model.finish import How, finish
 from fusion.turntable.model.rays import Rays, rays_of
 from fusion.turntable.motion import Motion
 from fusion.turntable.selfcheck import SelfCheck, prior_of
-from fusion.turntable.views import Region, whole
+from fusion.turntable.views import Region
+from fusion.turntable.whole import whole
 from fusion.volume.prepared import Prepared, fused
 from fusion.volume.volume import Volume, VolumeSettings
 
