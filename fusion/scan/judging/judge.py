@@ -76,8 +76,8 @@ def _agreement(scan: "Scan") -> Light:
     judged = max(contradicted, level(bent, BENT) if np.isfinite(bent) else "ok", key=LEVELS.index)
     if judged == "ok":
         return Light("ok", "Agreement", "Single frames see the surface where it is.")
-    said = f"Patches of single frames lie {found.bent * 1e3:.2f} mm (rms) off the surface that all of them made, "
-    said += f"where the noise of a pixel is {_expected(scan) * 1e3:.2f} mm"
+    said = f"Patches of single frames, over which noise averages out, lie {found.bent * 1e3:.2f} mm (rms) off the "
+    said += f"surface that all of them made (noise of a pixel: {_expected(scan) * 1e3:.2f} mm)"
     do = "The object was moved or bends, or the depth is wrong: fix it to the plate, and record in even light; and "
     do += "calibrate the depth (fusion calibrate depth)."
     if contradicted != "ok":
