@@ -175,7 +175,6 @@ def _calibrated(walls: list[Wall], begin: Start, surface: bool) -> DepthCalibrat
         bent = [j.candidate for j in promising(judged) if "radius^2" in j.candidate.keys]
         judged += [judge(problem, richer(candidate)) for candidate in bent]
     shapes = wall_shapes(problem, judged, camera)
-    chosen = choose(judged, [shapes is None or shapes.allow(j) for j in judged])
     setting = FitSetting(camera, begin.uncorrected, nodes, light or 1000.0, begin.ratio, _ir_span(walls))
     units = [native(e, known) for e in problem.evidence]
     if surface and len(walls) >= LEAST_WALLS:
@@ -185,10 +184,10 @@ def _calibrated(walls: list[Wall], begin: Start, surface: bool) -> DepthCalibrat
             # a sensor holds one table: a curve of straight pieces or of the brightness is one already
             if not have & set(effects) and (kind == "map" or not base.candidate.tabulated):
                 judged.append(judge_surface(problem, base, units, kind))
-        chosen = choose(judged, [shapes is None or shapes.allow(j) for j in judged])
     if surface and shapes is not None and shapes.hold(judged):
         begin = replace(begin, notes=(*begin.notes, ("warning", shapes.told(camera))))
         return replace(_calibrated(shapes.without(camera), begin, False), walls=walls)
+    chosen = choose(judged, [shapes is None or shapes.allow(j) for j in judged])
     fitted = finish(problem, judged[chosen].law, terms, setting)
     kind = judged[chosen].candidate.surface
     stack = stack_of(fitted.evidence, units, kind) if kind else None

@@ -13,7 +13,7 @@ from fusion.calibration.lens.boards.search import Search, search
 from fusion.calibration.lens.fit.alike import unlike
 from fusion.calibration.lens.fit.joint import board_shape, check_pitch
 from fusion.calibration.lens.fit.outliers import JudgedViews, judge
-from fusion.calibration.lens.fit.shape import BoardShape
+from fusion.calibration.lens.fit.shape import ESTABLISHED, BoardShape
 from fusion.calibration.lens.fit.size import size_warnings
 from fusion.calibration.lens.fit.solve import NAMES, solve
 from fusion.calibration.lens.fit.spread import LensSpread, spread
@@ -30,7 +30,6 @@ K3 = NAMES.index("k3")
 OPEN = 0.1  # relative standard deviation of the focal length beyond which there is no camera
 POOR = 0.01  # beyond which meshes suffer (guess)
 TILT = "record more views with the board tilted by 20 to 45 degrees in several directions"
-ESTABLISHED = 2.0  # standard deviations of the corners' scatter from 0: the usual test whether a term earns its place
 
 
 @dataclass(frozen=True)

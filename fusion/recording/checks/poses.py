@@ -57,9 +57,9 @@ class Warped:
 
 @dataclass(frozen=True)
 class PosedPair:
-    """Two depth images (h, w) [m] and their stated poses."""
+    """Points (n, 3) [m] of one depth image, another image (h, w) [m], and the stated poses of both."""
 
-    depth_i: NDArray[np.float32]
+    points_i: Array
     pose_i: Array
     depth_j: NDArray[np.float32]
     pose_j: Array
@@ -81,12 +81,14 @@ def check_poses(sample: Sample) -> list[Finding]:
     seen = f"stated for {len(at_frames) - missing} of {len(at_frames)} frames"
     if not pairs:
         return [Finding("poses", "ok", f"{seen}; too little motion to judge them")]
+    stated = float(np.mean([_warped(sample, pair, STATED, 1.0).score for pair in pairs]))
+    if stated > 1 - BETTER:  # nothing can agree by so much more
+        return [_fitting(seen, sample, pairs)]
     table = {
         (name, factor): float(np.mean([_warped(sample, pair, name, factor).score for pair in pairs]))
         for name in CONVENTIONS
         for factor in FACTORS
     }
-    stated = table[STATED, 1.0]
     # of doubts that explain it about as well, the one that changes least
     close = [key for key in table if table[key] > max(table.values()) - 0.05]
     best = min(close, key=lambda key: ((key[0] != STATED) + (key[1] != 1), -table[key]))
@@ -139,7 +141,7 @@ def _pairs(sample: Sample, poses: Array) -> list[PosedPair]:
         j = _partner(poses, i, later, float(np.nanmedian(image))) if placed[i] else None
         depth = None if j is None else _depth(sample, j)
         if j is not None and depth is not None:
-            pairs.append(PosedPair(image, poses[i], depth, poses[j]))
+            pairs.append(PosedPair(_points(sample, image), poses[i], depth, poses[j]))
     return pairs
 
 
@@ -166,14 +168,17 @@ def _depth(sample: Sample, index: int) -> NDArray[np.float32] | None:
         return None
 
 
+def _points(sample: Sample, depth: NDArray[np.float32]) -> Array:
+    """(n, 3) points of a depth image (h, w) [m], as many as tell."""
+    points = np.dstack([sample.rays * depth[..., None], depth])[np.isfinite(depth)]
+    return points[:: max(1, len(points) // POINTS)].astype(float)
+
+
 def _warped(sample: Sample, pair: PosedPair, convention: str, factor: float) -> Warped:
     """Does the first frame's surface lie where the other sees it, with these poses?"""
     pose_i, pose_j = map(CONVENTIONS[convention].read, (pair.pose_i, pair.pose_j))
     T_j_i = inverse(pose_j) @ pose_i
-    depth, other = pair.depth_i * factor, pair.depth_j * factor
-    valid = np.isfinite(depth)
-    points = np.dstack([sample.rays * depth[..., None], depth])[valid]
-    points = transform(T_j_i, points[:: max(1, len(points) // POINTS)].astype(float))
+    points, other = transform(T_j_i, pair.points_i * factor), pair.depth_j * factor
     front = points[points[:, 2] > 1e-3]
     # beyond half a right angle from the axis the lens model is not to be trusted
     front = front[np.abs(front[:, :2] / front[:, 2:]).max(axis=1, initial=0.0) < 2]

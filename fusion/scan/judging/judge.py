@@ -76,11 +76,12 @@ def _agreement(scan: "Scan") -> Light:
     judged = max(contradicted, level(bent, BENT) if np.isfinite(bent) else "ok", key=LEVELS.index)
     if judged == "ok":
         return Light("ok", "Agreement", "Single frames see the surface where it is.")
-    said = f"Patches of single frames, over which noise averages out, lie {found.bent * 1e3:.2f} mm (rms) off the "
-    said += f"surface that all of them made (noise of a pixel: {_expected(scan) * 1e3:.2f} mm)"
-    do = "The object was moved or bends, or the depth is wrong: fix it to the plate, and record in even light; and "
-    do += "calibrate the depth (fusion calibrate depth)."
-    if contradicted != "ok":
+    if contradicted == "ok":
+        said = f"Patches of single frames, over which noise averages out, lie {found.bent * 1e3:.2f} mm (rms) off the "
+        said += f"surface that all of them made (noise of a pixel: {_expected(scan) * 1e3:.2f} mm)"
+        do = "The object was moved or bends, or the depth is wrong: fix it to the plate, and record in even light; and "
+        do += "calibrate the depth (fusion calibrate depth)."
+    else:
         before, through, missing = (float(np.mean(x)) for x in (found.before, found.through, found.missing))
         said = f"Single frames contradict the surface in {found.against:.0%} of what they show (median): they see "
         said += f"something before it ({before:.0%}), look through it ({through:.0%}), or show what it lacks "

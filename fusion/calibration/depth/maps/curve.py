@@ -8,7 +8,7 @@ from scipy.special import ndtri
 
 from fusion.calibration.depth.laws.information import WallEvidence
 from fusion.calibration.depth.laws.terms import LawTerm
-from fusion.calibration.depth.walls.samples import samples_on_axis
+from fusion.calibration.depth.walls.samples import WallSamples, samples_on_axis
 from fusion.calibration.depth.walls.wall import Wall
 from fusion.geometry.camera import Camera
 from fusion.sensor.sensor import Sensor
@@ -64,8 +64,12 @@ def among_rivals(bias: Array, std: Array, rivals: list[tuple[Rival, Array]]) -> 
 
 def axis_terms(terms: tuple[LawTerm, ...], distance: Array, camera: Camera, sensor: Sensor, light: float) -> Array:
     """(n, k) change of the depth per unit of each term at depths (n,) [m] on the axis; `light`: IR times z^2."""
-    samples = samples_on_axis(distance, camera, sensor, light)
-    return np.column_stack([np.zeros((len(distance), 0)), *(term.change(samples) for term in terms)])
+    return changes(terms, samples_on_axis(distance, camera, sensor, light))
+
+
+def changes(terms: tuple[LawTerm, ...], at: WallSamples) -> Array:
+    """(n, k) change of the depth per unit of each term."""
+    return np.column_stack([np.zeros((len(at.depth), 0)), *(term.change(at) for term in terms)])
 
 
 def light_of(walls: list[Wall]) -> float:

@@ -7,7 +7,7 @@ from scipy.ndimage import map_coordinates
 from fusion.calibration.depth.laws.fitted import FitSetting
 from fusion.calibration.depth.laws.terms import LawTerm, length, pixels
 from fusion.calibration.depth.maps.curve import light_of, span
-from fusion.calibration.depth.maps.left_out import Laws, changes, left_out, root
+from fusion.calibration.depth.maps.left_out import Laws, law_errors
 from fusion.calibration.depth.maps.surface import MapStack
 from fusion.calibration.depth.walls.samples import samples_at
 from fusion.calibration.depth.walls.wall import Wall
@@ -41,20 +41,16 @@ def errors_left(
         setting: camera and known sensor.
     """
     camera, known = setting.camera, setting.known
-    (own, *others), fitted = laws.rivals, laws.fitted
     near, far = span(walls)
     depth = np.linspace(near / BEYOND, far * BEYOND, int(np.clip((far - near) / STEP, FEWEST, MOST)))
     v, u = (np.linspace(0, n - 1, k).round() for n, k in ((camera.height, ROWS), (camera.width, COLUMNS)))
     V, U, Z = (grid.ravel() for grid in np.meshgrid(v, u, depth, indexing="ij"))
     at = samples_at(np.array([U, V], np.intp), Z, camera, known, light_of(walls))
-    law = changes(fitted.terms, at)
-    of_numbers = np.column_stack([law @ root(fitted.covariance), left_out(laws, law, changes(laws.left_out, at))])
-    chosen, total = changes(own.terms, at) @ own.numbers, sum(law.weight for law in laws.rivals)
-    apart = [np.sqrt(law.weight / total) * (changes(law.terms, at) @ law.numbers - chosen) for law in others]
+    of_numbers, apart = law_errors(laws, at)
     usual = [term.typical * term.change(at) for term in unseen if term.shape]
     unit = (pixels if known.principle.triangulates else length)(lambda samples: np.ones(len(samples.depth)))(at)
     of_map = [] if stack is None else [unit * _read(error, stack, (V, U)) for error in stack.errors]
-    fields = np.vstack([of_numbers.T, *usual, *_largest([*apart, *of_map])])
+    fields = np.vstack([of_numbers.T, *usual, *_largest([*apart.T, *of_map])])
     shape = (-1, len(v), len(u), len(depth))
     return DepthErrors(v, u, depth, np.asarray(fields, float).reshape(shape))
 

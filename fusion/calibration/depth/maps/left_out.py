@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from fusion.calibration.depth.laws.fitted import FitSetting, Fitted
 from fusion.calibration.depth.laws.information import information_of, terms_of
 from fusion.calibration.depth.laws.terms import LawTerm
-from fusion.calibration.depth.maps.curve import Rival, axis_terms, light_of, span
-from fusion.calibration.depth.walls.samples import WallSamples
+from fusion.calibration.depth.maps.curve import Rival, changes, light_of, span
+from fusion.calibration.depth.walls.samples import WallSamples, samples_on_axis
 from fusion.calibration.depth.walls.wall import Wall
 
 # what a unit may be wrong by at all distances alike; curves and waves have priors of their own
@@ -38,15 +38,22 @@ def axis_errors(walls: list[Wall], laws: Laws, setting: FitSetting) -> AxisError
     near, far = span(walls)
     distance = np.array([near / 2, near, (near + far) / 2, far, 2 * far])
 
-    def on_axis(terms: tuple[LawTerm, ...]) -> Array:
-        return axis_terms(terms, distance, setting.camera, setting.known, light_of(walls))
+    at = samples_on_axis(distance, setting.camera, setting.known, light_of(walls))
+    return AxisErrors(distance, np.asarray(np.linalg.norm(np.column_stack(law_errors(laws, at)), axis=1)))
 
-    law, others = on_axis(laws.fitted.terms), on_axis(laws.left_out)
+
+def law_errors(laws: Laws, at: WallSamples) -> tuple[Array, Array]:
+    """(n, a) independent errors of depth by the law's numbers and what it leaves out, (n, r) by that another may hold.
+
+    The first by the covariance of the numbers, in which the walls' scatter is; the last by how far the others lie from
+    the law, each by its weight.
+    """
     own, *rivals = laws.rivals
-    chosen, total = on_axis(own.terms) @ own.numbers, sum(law.weight for law in laws.rivals)
-    apart = [np.sqrt(one.weight / total) * (on_axis(one.terms) @ one.numbers - chosen) for one in rivals]
-    fields = np.column_stack([law @ root(laws.fitted.covariance), left_out(laws, law, others), *apart])
-    return AxisErrors(distance, np.asarray(np.linalg.norm(fields, axis=1)))
+    law = changes(laws.fitted.terms, at)
+    of_numbers = np.column_stack([law @ root(laws.fitted.covariance), left_out(laws, law, changes(laws.left_out, at))])
+    chosen, total = changes(own.terms, at) @ own.numbers, sum(one.weight for one in laws.rivals)
+    apart = [np.sqrt(one.weight / total) * (changes(one.terms, at) @ one.numbers - chosen) for one in rivals]
+    return of_numbers, np.column_stack([np.zeros((len(law), 0)), *apart])
 
 
 def left_out(laws: Laws, law: Array, others: Array) -> Array:
@@ -83,8 +90,3 @@ def root(covariance: Array) -> Array:
 def straight(terms: list[LawTerm], keys: tuple[str, ...]) -> tuple[LawTerm, ...]:
     """The straight terms of these that are not among the keys of a law."""
     return tuple(term for term in terms if term.key in STRAIGHT and term.key not in keys)
-
-
-def changes(terms: tuple[LawTerm, ...], at: WallSamples) -> Array:
-    """(n, k) change of the depth per unit of each term."""
-    return np.column_stack([np.zeros((len(at.depth), 0)), *(term.change(at) for term in terms)])

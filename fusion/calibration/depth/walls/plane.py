@@ -14,6 +14,7 @@ Image = NDArray[np.floating]
 TRIES = 200  # random planes: with half the pixels on the wall 1 - (1 - 1/8)^200 find it
 TOLERANCE = 0.03  # share of the depth: a sensor's own errors stay below, what stands before a wall does not
 CLOSEST = 0.004  # [m] never cut closer than this
+LEAST_SHARE = 0.2  # of the pixels with a depth that a wall fills at least
 SAMPLE = 8000  # pixels that vote
 
 
@@ -57,7 +58,7 @@ def find_wall(depth: Image, camera: Camera) -> tuple[WallPlane, NDArray[np.bool_
     vote, z = basis[v[some], u[some]], depth[v[some], u[some]].astype(float)
     c = _consensus(vote, z)
     near = np.abs(depth * (basis @ c) - 1) < TOLERANCE
-    if near.sum() < 0.2 * known.sum():
+    if near.sum() < LEAST_SHARE * known.sum():
         share = f"{100 * near.sum() / known.sum():.0f} % of the pixels on one plane"
         raise FusionError("no wall found", found=share, expected="20 % or more", do="let the wall fill the view")
     with np.errstate(invalid="ignore"):

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.calibration.depth.walls.plane import WallPlane, find_wall
+from fusion.calibration.depth.walls.plane import LEAST_SHARE, WallPlane, find_wall
 from fusion.calibration.series import PixelSeries
 from fusion.calibration.stretches import Stretch, still_stretches
 from fusion.errors import FusionError, RecordingError
@@ -20,7 +20,6 @@ from fusion.sensor.view import View, incidence_of
 
 FAR_OFF = 0.15  # share: a wall that is this far from the stated distance is another wall
 ASIDE = 0.4  # share by which a tilted wall's depth leaves that distance at the border: 40 degrees at 25 from the axis
-LEAST_SHARE = 0.2  # of the pixels with a depth that a wall fills at least, as where no distance is stated
 
 LEAST_STD = 1e-6  # [m] no wall's distance is known better, and weights stay finite
 

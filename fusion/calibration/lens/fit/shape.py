@@ -9,14 +9,13 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
+from scipy.special import chdtrc, chdtri
 
 from fusion.calibration.lens.fit.solve import jacobian
 from fusion.calibration.lens.views import BoardView
 from fusion.geometry.pose import Array
 
-# chi-squared of one and of three terms that noise exceeds in 1 of 22 cases, as two standard deviations: the usual test
-# whether a term earns its place
-ESTABLISHED = {1: 4.0, 3: 8.02}
+ESTABLISHED = 2.0  # standard deviations from 0: the usual test whether a term earns its place
 # share of the longer side, and standard deviations, beyond which a board is called uneven or bowed
 WORTH, SURE = 0.003, 4.0
 
@@ -74,7 +73,8 @@ class BoardShape:
         C, held = self.covariance, np.zeros(4, bool)
         for part in ([0], [1, 2, 3]):
             chi2 = self.terms[part] @ np.linalg.lstsq(C[np.ix_(part, part)], self.terms[part], rcond=None)[0]
-            held[part] = not chi2 > ESTABLISHED[len(part)]
+            # what noise exceeds as rarely as one term that many standard deviations
+            held[part] = not chi2 > chdtri(len(part), chdtrc(1, ESTABLISHED**2))
         # what the others are once those are known
         moved = C[:, held] @ np.linalg.lstsq(C[np.ix_(held, held)], self.terms[held], rcond=None)[0]
         return replace(self, terms=np.where(held, 0.0, self.terms - moved))
