@@ -73,8 +73,10 @@ class Patch:
     def change(self, effect: Effect) -> Image:
         """By how much (h, w) an effect changes what is seen behind the rounding, to first order, in native units."""
         with np.errstate(all="ignore"):
-            seen = frame_views(self.block, self.view, (effect,))
-            mean = np.mean([effect.change(self.depth, one) for one in seen], axis=0)
+            first, *others = frame_views(self.block, self.view, (effect,))
+            mean = effect.change(self.depth, first)
+            if others:
+                mean = np.mean([mean, *(effect.change(self.depth, one) for one in others)], axis=0)
             return np.asarray(mean * self.native * self._passed)
 
     @cached_property
@@ -270,10 +272,13 @@ def predicted(sensor: Sensor, block: FrameBlock) -> Predicted:
 
 def frame_views(block: FrameBlock, view: View, effects: Sequence[Effect]) -> list[View]:
     """A view of a block at the time of each of its frames, where an effect swings the depth; else the one of all."""
-    swinging = (effect for effect in effects if effect.changes("bias"))
-    swings = any(about.unit == "Hz" for effect in swinging for about in parameters(effect).values())
-    times = block.times if swings else ()
+    times = block.times if any(map(_swings, effects)) else ()
     return [replace(view, moment=replace(view.moment, time=time)) for time in times] or [view]
+
+
+def _swings(effect: Effect) -> bool:
+    """True of an effect that swings the depth: it has a frequency in time."""
+    return effect.changes("bias") and any(about.unit == "Hz" for about in parameters(effect).values())
 
 
 def views_of(poses: Sequence[Array]) -> list[int]:
