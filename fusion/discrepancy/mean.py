@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from fusion.discrepancy.decisions import NOISE_ALONE
 from fusion.discrepancy.held_out import HeldOut, held_out_of
 from fusion.discrepancy.inference.tile_covariance import MeasuredTiles, TileCovariance
-from fusion.discrepancy.naming.naming import Named, name_effects, unconfirmed
+from fusion.discrepancy.naming.naming import Named, name_effects, suggested, unconfirmed
 from fusion.discrepancy.naming.search.candidates import Candidate, candidates_of
 from fusion.discrepancy.observe.frame_block import FrameBlock
 from fusion.discrepancy.observe.observations import Observations
@@ -90,8 +90,8 @@ class MeanFindings:
 
     @property
     def unconfirmed(self) -> "MeanFindings":
-        """The same with nothing established."""
-        named = unconfirmed(self.named, self.seen.observations, self.seen.white) if self.named.steps else self.named
+        """The same with nothing established, and all its laws likely."""
+        named = suggested(self.named, self.seen.observations, self.seen.white) if self.named.steps else self.named
         return replace(self, named=named, beyond=self.beyond and self.beyond.unconfirmed)
 
 

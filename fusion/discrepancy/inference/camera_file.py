@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from fusion.discrepancy.observe.observations import Observations, Patch
 from fusion.geometry.camera import Camera
+from fusion.sensor.laws.moving import found_again
 from fusion.sensor.laws.surface import seen_along
 
 Vector = NDArray[np.float64]
@@ -56,7 +57,10 @@ def file_error(observations: Observations, pulled: Vector) -> FileError:
 
 def _off(patch: Patch, which: int) -> Vector:
     """(n,) of a usual error of cx, cy or the focal length."""
-    seen = seen_along(patch.depth, _true(patch.view.camera, which).rays(), patch.view)
+    true, view = _true(patch.view.camera, which), patch.view
+    # a pose that this camera's images gave is as wrong as the file
+    motion = found_again(true, view) if view.placed_by_images else None
+    seen = seen_along(patch.depth, true.rays(), view, motion)
     change = np.where(np.isfinite(seen), seen - patch.depth, 0.0) / SMALL
     return patch.tiles.mean(change * patch.native)
 

@@ -37,14 +37,16 @@ class Named:
         sensor: the model with all of them.
         observations: under that model.
         white: (n,) what is left, in units of the covariance.
-        likely: the next one, that is likely but not established; None when there is none.
+        likely: what is likely but not established: the next one, or all where no claim stands.
+        suggested: the model with what is likely, where that was fitted together; None elsewhere.
     """
 
     steps: tuple[Step, ...]
     sensor: Sensor
     observations: Observations
     white: Vector
-    likely: Step | None = None
+    likely: tuple[Step, ...] = ()
+    suggested: Sensor | None = None
 
 
 def name_effects(
@@ -76,7 +78,7 @@ def name_effects(
             likely = taken_out
         steps = judged(fit, candidates)
     better = observations.under(fit.sensor) if steps else observations
-    return Named(tuple(steps), fit.sensor, better, fit.white, likely)
+    return Named(tuple(steps), fit.sensor, better, fit.white, (likely,) if likely else ())
 
 
 def _poorer(fit: PartsFit, steps: Sequence[Step]) -> tuple[PartsFit, Step] | None:
@@ -139,7 +141,12 @@ def _of_waves(part: EffectPart) -> bool:
 def unconfirmed(named: Named, observations: Observations, white: Vector) -> Named:
     """The same where frames that took no part contradict it: nothing is established, the first name is likely."""
     first = max(named.steps, key=lambda step: step.held_out)
-    return Named((), observations.sensor, observations, white, first)
+    return Named((), observations.sensor, observations, white, (first,))
+
+
+def suggested(named: Named, observations: Observations, white: Vector) -> Named:
+    """The same where the model with all names does not foresee enough: nothing is established, all of them likely."""
+    return Named((), observations.sensor, observations, white, named.steps, named.sensor)
 
 
 def _within_bounds(fit: PartsFit) -> tuple[PartsFit, NextPart | None]:

@@ -44,12 +44,13 @@ class UpperLimit(Struct, frozen=True, kw_only=True):
     confidence: float
 
 
-class Unexplained(Struct, frozen=True, kw_only=True):
+class Unexplained(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """What the extended model leaves beyond noise."""
 
     rms_m: float
     recordings: Annotated[Names, Meta(description="the worst first")]
     chi2_per_dof: float
+    suggested_rms_m: Annotated[float | None, Meta(description="what the model with all that is likely leaves")] = None
 
 
 class Nuisances(Struct, frozen=True, kw_only=True):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fusion.discrepancy.compared import beyond_noise, depth_per_native, recording_names
+from fusion.discrepancy.compared import beyond_noise, cleaned, depth_per_native, recording_names
 from fusion.discrepancy.explain import Explanation
 from fusion.discrepancy.extrapolation import extrapolated
 from fusion.discrepancy.verdict.content import Fit, LooseSize, Unexplained
@@ -36,4 +36,23 @@ def unexplained_of(found: Explanation) -> Unexplained:
     total = beyond_noise(white, metres) + float(np.mean(loose))
     worst = sorted((name for name in left if total > 0 and left[name] > 0), key=lambda name: -left[name])
     chi2 = float(np.mean(white**2))
-    return Unexplained(rms_m=float(np.sqrt(total)), recordings=tuple(worst), chi2_per_dof=chi2)
+    return Unexplained(
+        rms_m=float(np.sqrt(total)),
+        recordings=tuple(worst),
+        chi2_per_dof=chi2,
+        suggested_rms_m=_suggested(found, float(np.mean(loose))),
+    )
+
+
+def _suggested(found: Explanation, loose: float) -> float | None:
+    """The same [m] under the model with all that is likely; None where that is no model of its own.
+
+    Args:
+        loose: mean square [m^2] of errors that follow no law.
+    """
+    if found.named.suggested is None:
+        return None
+    after = found.before.under(found.named.suggested)
+    white = found.covariance.whiten(after.residual)
+    metres = cleaned(found.covariance, white) * depth_per_native(after)
+    return float(np.sqrt(beyond_noise(white, metres) + loose))

@@ -17,7 +17,8 @@ from fusion.sensor.where import Bound, inside
 def mean_claim(steps: list[Step], found: Explanation, before: float) -> Claim:
     """An entry of the verdict for one name: all its waves together."""
     first = steps[0]
-    effect = found.named.sensor.effect(first.effect.name) or first.effect
+    fitted = found.named.suggested or found.named.sensor
+    effect = fitted.effect(first.effect.name) or first.effect
     where = first.candidate.where
     alike = sorted({name for step in steps for name in step.alike})
     together = steps[0].together if len(steps) == 1 and not set(steps[0].together) & set(alike) else ()

@@ -1,5 +1,7 @@
 """The verdict: what an explanation says, as the file that others read (`fusion-verdict/1`)."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from msgspec.structs import replace
 
@@ -27,13 +29,12 @@ from fusion.discrepancy.verdict.words import sentence
 
 def verdict_of(found: Explanation) -> Verdict:
     """What an explanation says; names of mask pictures are added by whoever draws them."""
-    groups = _by_name(found)
+    groups, likely = _by_name(found.named.steps), _by_name(found.named.likely)
     before = float(found.white @ found.white)
     plans = Plans(found.named.sensor, found.blocks)
     missing = [_with_next(mean_claim(steps, found, before), steps, found, plans) for steps in groups]
     missing = _joined(missing, [channel_claim(found, step) for step in found.channels.steps if step.established])
-    likely = [found.named.likely] if found.named.likely else []
-    indicated = [_with_next(mean_claim([step], found, before), [step], found, plans) for step in likely]
+    indicated = [_with_next(mean_claim(steps, found, before), steps, found, plans) for steps in likely]
     indicated += [channel_claim(found, step) for step in found.channels.steps if not step.established]
     if found.beyond is not None:
         (missing if found.unknown else indicated).append(unknown_claim(found, found.beyond, before))
@@ -83,9 +84,9 @@ def _joined(named: list[Claim], others: list[Claim]) -> list[Claim]:
     return [*known.values(), *(claim for claim in others if claim.effect not in known)]
 
 
-def _by_name(found: Explanation) -> list[list[Step]]:
+def _by_name(steps: Sequence[Step]) -> list[list[Step]]:
     groups: dict[str, list[Step]] = {}
-    for step in found.named.steps:
+    for step in steps:
         groups.setdefault(step.effect.name, []).append(step)
     return list(groups.values())
 

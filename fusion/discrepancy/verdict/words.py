@@ -169,7 +169,8 @@ def _unexplained(left: Unexplained) -> str:
         return "what is left is noise"
     worst, every = left.recordings[:FOLLOWED], len(left.recordings)
     where = f", most in {', '.join(worst)}" if worst and every > len(worst) else f", in {', '.join(worst)}"
-    return f"{_mm(left.rms_m)} stay unexplained{where if worst else ''}"
+    with_all = "" if left.suggested_rms_m is None else f" ({_mm(left.suggested_rms_m)} with all that is suggested)"
+    return f"{_mm(left.rms_m)} stay unexplained{with_all}{where if worst else ''}"
 
 
 def _mm(metres: float) -> str:

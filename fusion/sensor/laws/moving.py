@@ -38,7 +38,7 @@ class CameraEffect(Effect, ABC):
         if true == view.camera:
             return np.zeros((), depth.dtype)
         # a pose that this camera's images gave is as wrong as the camera
-        motion = found_again(true, view) if view.placed_by_images and view.depth is not None else None
+        motion = found_again(true, view) if view.placed_by_images else None
         seen = seen_along(depth, true.rays(), view, motion)
         if view.time_of_flight:  # the range is right, and becomes a depth along the stated ray
             seen = seen * (stretch(true) / view.stretch)
@@ -90,7 +90,8 @@ def found_again(true: Camera, view: View) -> Array:
 
 def _spread_points(true: Camera, view: View) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Points (n, 3) [m] where the surface is stated, and the true rays (n, 2) of their pixels."""
-    assert view.depth is not None
+    if view.depth is None:
+        return np.zeros((0, 3)), np.zeros((0, 2))
     rows, columns = np.nonzero(np.isfinite(view.depth))
     some = np.linspace(0, len(rows) - 1, min(len(rows), POINTS)).astype(int)
     rows, columns = rows[some], columns[some]
