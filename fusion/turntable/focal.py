@@ -17,7 +17,6 @@ from fusion.turntable.selfcheck import no_errors
 from fusion.turntable.views import ObjectView, Region
 
 Array = NDArray[np.float64]
-DOUBT = 3.0  # from which it is said
 
 
 @dataclass(frozen=True)

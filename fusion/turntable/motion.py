@@ -52,6 +52,7 @@ class Motion:
     shifts: Array | None = None
     spread: float = 0.0  # rms distance of overlapping views from each other [m], where that was measured
     held: bool = False  # the angles are held by print, or by a hand: shape alone would only make them worse
+    print_contradicts: bool = False  # print says that the object moves as its shape does not, and was left out
     marked: int = 0  # frames of which marks on what the object stands on tell the turn
     table: float | None = None
     # (4,) of the axis, tilts [rad] and shifts [m] of the camera along x and y of the object's frame; None where no
@@ -139,6 +140,7 @@ def estimate_motion(
         taken_out=taken_out,
         focal_check=camera_fit.check,
         focal_std=float(camera_fit.check_std[0]),
+        print_contradicts=begun.print_contradicts,
     )
 
 

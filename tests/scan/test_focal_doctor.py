@@ -15,7 +15,8 @@ from fusion.recording.open import open_recording
 from fusion.recording.recording import Frame, Recording
 from fusion.scan.judging import focal_doctor
 from fusion.scan.judging.focal_doctor import check_focal_length, measure
-from fusion.turntable.focal import DOUBT, FocalCheck
+from fusion.turntable.all_views.camera_fit import DOUBT
+from fusion.turntable.focal import FocalCheck
 
 CAMERA = Camera(160, 120, 130.0, 130.0, 79.5, 59.5, depth_scale=5000.0)
 COUNT = 12

@@ -35,6 +35,12 @@ def printed(points):
 
 def seen(turn, shift, random, color, noise=0.0006):
     """One view of the box, its middle at the origin but for a shift (2,) on the table [m]."""
+    surface, shown, image = looked(turn, shift, random, noise)
+    return view(surface, shown, image if color else None)
+
+
+def looked(turn, shift, random, noise=0.0006):
+    """Surface, pixels that show it, and colours of one view of the box."""
     T_world_box = pose.about_axis([0, 0, 0], [0, 0, 1], turn)
     T_world_box[:3, 3] += [*shift, 0.06]
     T = pose.inverse(T_world_box) @ T_WORLD_CAMERA
@@ -46,8 +52,7 @@ def seen(turn, shift, random, color, noise=0.0006):
     gray = np.nan_to_num(printed(T[:3, 3] + rays * np.nan_to_num(depth)[..., None] * 0.9999))
     surface = point_map((depth + random.normal(0, noise, depth.shape)).astype(np.float32), CAMERA, noise)
     image = (gray[..., None] * np.ones(3) * random.uniform(0.7, 1.2)).clip(0, 255).astype(np.uint8)
-    shown = np.isfinite(surface.normals[..., 0]) & (surface.incidence < np.deg2rad(75))
-    return view(surface, shown, image if color else None)
+    return surface, np.isfinite(surface.normals[..., 0]) & (surface.incidence < np.deg2rad(75)), image
 
 
 def ball(turn, random, off=0.0, shift=(0, 0)):
@@ -114,6 +119,20 @@ def test_shifts_explain_what_a_hand_did_and_no_noise(wander, noise, low, high):
     found = found_again(views, start)
     assert low < found.explained < high
     assert found.wanders == (wander > 0)
+
+
+@pytest.mark.parametrize("late", [0, 1])
+def test_colours_of_another_moment_have_no_say(late):
+    """The image of the view before: by print the box slides as steps differ, by shape it stands on its axis."""
+    random = np.random.default_rng(0)
+    turns = np.concatenate([[0.0], np.cumsum(np.deg2rad(random.normal(15, 3, 24)))])
+    all_ = [looked(turn, (0, 0), random) for turn in turns]
+    views = [view(*all_[k][:2], all_[max(k - late, 0)][2]) for k in range(len(all_))]
+    T = pose.inverse(T_WORLD_CAMERA)
+    found = found_again(views, State(Axis(T[:3, 3], T[:3, 2]), turns, np.zeros((len(turns), 2))))
+    error = np.rad2deg(found.state.angles - found.state.angles[0] - turns)
+    assert found.print_contradicts == bool(late) and not found.wanders
+    assert np.abs(error - error.mean()).max() < 0.4
 
 
 @pytest.mark.slow

@@ -78,7 +78,8 @@ def fit_pairs(
         known = None if settings.sensor is None else _known(settings.sensor, camera, region)
         motion, commanded = _motion(views, cut, _Known(commanded, known, settings.step is None), start)
     if start is not None:
-        motion = replace(motion, rejected={**motion.rejected, **start.rejected})
+        left_out = motion.print_contradicts or start.print_contradicts
+        motion = replace(motion, rejected={**motion.rejected, **start.rejected}, print_contradicts=left_out)
     return PairFit(motion, commanded, known)
 
 

@@ -3,8 +3,7 @@
 from typing import TYPE_CHECKING
 
 from fusion.results.light import Light, level
-from fusion.turntable.all_views.camera_fit import SURE
-from fusion.turntable.focal import DOUBT
+from fusion.turntable.all_views.camera_fit import DOUBT, SURE
 
 if TYPE_CHECKING:
     from fusion.scan.result import Scan
@@ -28,9 +27,8 @@ def camera_light(scan: "Scan") -> Light:
     if scan.evidence.refined:
         said = f"The focal length is corrected: fx {scan.camera.fx:.1f} instead of {stated.fx:.1f} px ({focal.said()})"
         why = ", by the scan itself, as the camera is only nominal" if off > SURE else ", as asked for"
-        return Light(
-            "warning", "Camera", f"{said}{why}.", f"{CALIBRATE} to be sure; --keep-camera leaves it as stated."
-        )
+        do = f"{CALIBRATE} to be sure; --keep-camera leaves it as stated."
+        return Light("warning", "Camera", f"{said}{why}{_or_depth(scan, focal.relative)}.", do)
     said = f"The object keeps its shape only with fx {right:.1f} instead of {stated.fx:.1f} px ({focal.said()})"
     if off > SURE:
         so = f"so its size is wrong by about {abs(focal.relative):.0%}"
@@ -48,6 +46,15 @@ def camera_light(scan: "Scan") -> Light:
         said = f"The focal length is only nominal, and the scan tells it to {focal.std:.0%} only"
         return Light("warning", "Camera", f"{said}: so well is the size known.", f"{CALIBRATE}.")
     return Light("ok", "Camera", f"The focal length keeps the turning object in shape ({focal.said()}).")
+
+
+def _or_depth(scan: "Scan", relative: float) -> str:
+    """Errors of depth that bend the object just so; empty where a calibration says how wrong the depth is."""
+    if scan.motion.size_std is not None:
+        return ""
+    off, much = abs(relative) * float(scan.motion.axis.point[2]) * 1e3, f"{abs(relative):.1%}"
+    where, how = ("far", "little") if relative > 0 else ("near", "much")
+    return f"; a depth that reads {off:.0f} mm too {where}, or changes by {much} too {how}, would ask for the same"
 
 
 def size_light(scan: "Scan") -> list[Light]:

@@ -16,8 +16,8 @@ from fusion.scan.finding.region import find_region
 from fusion.scan.settings import ScanSettings
 from fusion.sensor.presets import default_sensor
 from fusion.sensor.sensor import Sensor
-from fusion.turntable.all_views.camera_fit import SURE, SYSTEMATIC
-from fusion.turntable.focal import DOUBT, FocalCheck, check_focal, typical_step
+from fusion.turntable.all_views.camera_fit import DOUBT, SURE, SYSTEMATIC
+from fusion.turntable.focal import FocalCheck, check_focal, typical_step
 from fusion.turntable.views import ObjectView, Region, usable, view
 
 Array = NDArray[np.float64]

@@ -11,14 +11,13 @@ from numpy.typing import NDArray
 
 from fusion.geometry import pose
 from fusion.scan.cleaning.facing import facing
-from fusion.turntable.pairs.edges import NOISES
+from fusion.turntable.pairs.edges import NOISES, SLANT
 from fusion.turntable.tones import AROUND, contrast
 from fusion.turntable.views import Region, usable
 from fusion.volume.prepared import Prepared
 
 Array = NDArray[np.float64]
 Image = NDArray[np.float32]
-SLANT = np.deg2rad(60)  # flatter surfaces are drawn out more than twice in the image, and their print with them
 NEAR = 0.005  # [m] beside noise: what a motion may be wrong by, as depth cameras bend depth by millimetres (guess)
 SOME = 3000  # places of a frame: print hangs together over more than lies between them
 FEWEST = 40  # places that tell a correlation (guess)

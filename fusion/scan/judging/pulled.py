@@ -54,7 +54,9 @@ def pulled(
     if not pairs:
         return None
     edges = [*pairs, *((j, i) for i, j in pairs)]  # what one sees and the other looks through tells too
-    views = _above_plate([view(f.surface, usable(f.surface, region), f.color) for _, f in shown], motion)
+    late = motion.print_contradicts
+    seen = [view(f.surface, usable(f.surface, region), None if late else f.color) for _, f in shown]
+    views = _above_plate(seen, motion)
     shifts = np.zeros((len(placed), 2)) if motion.shifts is None else motion.shifts[placed]
     state = State(motion.axis, motion.angles[placed], shifts)
     asked = fit_jointly(stack(views), state, edges, JOINT[-1:], Free(1.0), iterations=1)

@@ -28,6 +28,11 @@ MIRRORED = (
     "If the table counts clockwise, all is well; else the images are mirrored, as some drivers give them (print on the "
     "object reads backwards), and so is the mesh: flip them."
 )
+LATE = (
+    "By print the object would move on its plate from view to view, by shape it does not: the colours seem to be of "
+    "another moment than the depth, and had no say in the motion."
+)
+TOGETHER = "Record both together (fusion record), or turn in steps and wait; the colours on the mesh are blurred."
 OFF_LOG = np.deg2rad(2.0)  # less is no harm that could be told from a table's own unevenness (guess)
 LOG_RATIO = (0.03, 0.2)  # of all turns, as seen and as told
 
@@ -87,6 +92,8 @@ def _against(angles: Array, told: Array) -> bool:
 
 def _print(scan: "Scan") -> Light | None:
     """Whether views that were laid on each other show the same print: a box looks alike from both sides in shape."""
+    if scan.motion.print_contradicts:
+        return Light("warning", "Print", LATE, TOGETHER)
     found = scan.evidence.print
     if found is None or not np.isfinite(found.loose):
         return None

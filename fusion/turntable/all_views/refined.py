@@ -52,7 +52,7 @@ def refined(
     chosen, best, begin = first, plain, middle.check
     for free in ways:  # errors of camera or depth must earn their place: they cost precision
         fit = fitted(free, begin)
-        if "focal" in free and not contradicts(fit):
+        if "focal" in free and not (contradicts(fit) and contradicts(camera_fit)):
             begin = begin.depth_alone()
         elif believed(fit, best):
             chosen, best = free, fit

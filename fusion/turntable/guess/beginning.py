@@ -36,6 +36,7 @@ class Begun:
     axis: Axis
     angles: Array
     by_hand: Alone | None = None  # where a hand turned the object about no fixed axis
+    print_contradicts: bool = False  # see `Alone`
 
 
 def begin(
@@ -85,7 +86,8 @@ def begun_with(
     if start is None and told is not None:
         axis, angles = _chain(shown, axis, steps, stride, told)
     by_hand = None if alone is None or alone.lens is None else alone
-    return Begun(used, seen, shown, floor, axis, angles - angles[0], by_hand)
+    contradicts = alone is not None and alone.print_contradicts
+    return Begun(used, seen, shown, floor, axis, angles - angles[0], by_hand, contradicts)
 
 
 def _first_axis(views: list[ObjectView], centre: Array, commanded: Array | None) -> tuple[int, Array, Axis]:

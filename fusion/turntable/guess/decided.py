@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.errors import TrackingError
+from fusion.turntable.all_views.camera_fit import DOUBT, rests_on_rims
 from fusion.turntable.all_views.joint import FIXED, NOTHING, Free, Joint, PairMotions, State, angle_stds, fit_jointly
 from fusion.turntable.pairs.edges import Edges, ViewStack
 from fusion.turntable.pairs.pairwise import ViewPairLimits
@@ -17,6 +18,9 @@ PARTNERS = 8  # of a view in the joint fit
 # what free shifts explain of gaps between views over noise, see `explained`: 1.6 to 2.5 on tables, 14 and more where a
 # hand moved the object by 2 mm (tools/sets/hard_scans, seeds 404 and 405; both real recordings)
 WANDERS = 5.0
+# of the same by shape alone, below which nothing but print says that the object moved: what noise makes. Whatever moves
+# an object across its axis moves its shape; colours of another moment than the depth do not
+STAYS = 1.0
 SLIPS = 2.0  # standard deviations of the angles by shape alone over those with print: shape lets them slip (guess)
 TO_ITS_END = 30  # steps at most; 20 were enough for a cylinder
 HOPELESS = 0.5  # misfit of views that do not turn about any axis (guess)
@@ -36,6 +40,7 @@ class Alone:
             print holds what shape lets slip; None where shape and one axis do.
         wanders: a hand moved the object; explained: what speaks for that, see the function.
         told: what else than the object says where it is.
+        print_contradicts: print says that the object moves as its shape does not, and was left out.
     """
 
     state: State
@@ -44,6 +49,7 @@ class Alone:
     wanders: bool = False
     explained: float = 0.0
     told: PairMotions = NOTHING
+    print_contradicts: bool = False
 
 
 def best_partners(edges: Edges, worth: Array, n: int) -> Edges:
@@ -61,21 +67,31 @@ def best_partners(edges: Edges, worth: Array, n: int) -> Edges:
 
 def decided(seen: ViewStack, state: State, edges: Edges, told: PairMotions = NOTHING) -> Alone:
     """The joint fit, of one axis where that does; `told` is known of pairs beside what they show of the object."""
-    wide = fit_jointly(seen, state, edges, JOINT, Free(1.0), told=told)
+    narrow, wide = _of_one_axis_and_any(seen, state, edges, told)
     misfit = float(np.median(wide.at.misfit))
     if misfit > HOPELESS:
         raise nothing_turns(misfit)
-    shifts = wide.state.shifts - wide.state.shifts.mean(axis=0)
-    start = replace(wide.state, shifts=0 * shifts)
-    narrow = fit_jointly(seen, start, edges, COARSE, Free(FIXED, focal=True), told=told)
     moved = explained(narrow, wide)
     wanders = moved >= WANDERS
+    if wanders and len(seen.tones):
+        by_shape, any_ = _of_one_axis_and_any(seen.plain(), state, edges, told)
+        if (by_itself := explained(by_shape, any_)) < STAYS:
+            return Alone(by_shape.state, by_shape, None, explained=by_itself, print_contradicts=True)
     if wanders:  # of round things shifts and axis slide along each other: a few steps leave a cylinder a cone of 0.5 mm
         wide = fit_jointly(seen, wide.state, edges, JOINT[-1:], Free(1.0), TO_ITS_END, told)
         return Alone(wide.state, wide, _of_any_lens(seen, wide.state, edges, told), True, moved, told)
     if not held_by_print(seen, narrow.state, edges, told):
         return Alone(narrow.state, narrow, None, explained=moved)
     return replace(printed(seen, (narrow.state, wide.state), edges, told), explained=moved)
+
+
+def _of_one_axis_and_any(
+    seen: ViewStack, state: State, edges: Edges, told: PairMotions = NOTHING
+) -> tuple[Joint, Joint]:
+    """The joint fits of one axis, and of shifts as each view asks for them."""
+    wide = fit_jointly(seen, state, edges, JOINT, Free(1.0), told=told)
+    start = replace(wide.state, shifts=np.zeros_like(wide.state.shifts))
+    return fit_jointly(seen, start, edges, COARSE, Free(FIXED, focal=True), told=told), wide
 
 
 def printed(seen: ViewStack, near: tuple[State, State], edges: Edges, told: PairMotions = NOTHING) -> Alone:
@@ -90,7 +106,15 @@ def printed(seen: ViewStack, near: tuple[State, State], edges: Edges, told: Pair
 def _of_any_lens(seen: ViewStack, state: State, edges: Edges, told: PairMotions) -> Joint:
     # a hand does not move the object so that a wrong focal length keeps it in shape; an axis held still, though it
     # drifts by 0.8 mm (rms), pulls the focal length by 2.2 %
-    return fit_jointly(seen, state, edges, (JOINT[0], *JOINT), Free(1.0, focal=True), told=told)
+    passes, free = (JOINT[0], *JOINT), Free(1.0, focal=True)
+    found = fit_jointly(seen, state, edges, passes, free, told=told)
+    focal = found.state.focal
+    if abs(focal) < DOUBT * found.focal_std:
+        return found
+    clear = fit_jointly(seen.clear(), state, edges, passes, free, told=told)
+    if not rests_on_rims(focal, clear.state.focal, clear.focal_std):
+        return found
+    return replace(found, focal_std=max(found.focal_std, abs(focal)))
 
 
 def explained(narrow: Joint, wide: Joint) -> float:

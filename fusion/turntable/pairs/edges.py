@@ -25,6 +25,7 @@ LEAST_COSINE = 0.7  # between the normals of a pair
 # and memory that no cache holds is slow (180 views of 263 x 205 px: a fifth of the time of all pairs)
 MOST_BYTES = 100e6
 PART = 3_000_000  # pairs at a time
+SLANT = np.deg2rad(60)  # flatter surfaces are drawn out more than twice in the image: a pixel there mixes
 NOISES = 5.0  # standard deviations of one point within which the same place is seen: 3.5 of a difference (guess)
 
 
@@ -62,6 +63,27 @@ class ViewStack:
         chosen = np.concatenate(kept)
         tones = self.tones[chosen] if len(self.tones) else self.tones
         return replace(self, first=first, points=self.points[chosen], tones=tones)
+
+    def clear(self) -> "ViewStack":
+        """The same without the rims: without points and pixels of surfaces that are seen at more than `SLANT`."""
+        kept = [np.flatnonzero(_faces(self.points[a:b])) + a for a, b in pairwise(self.first.tolist())]
+        first = np.concatenate([[0], np.cumsum([len(k) for k in kept])]).astype(np.int32)
+        chosen, maps = np.concatenate(kept), self.maps.copy()
+        maps[~_faces(maps)] = np.nan
+        tones = self.tones[chosen] if len(self.tones) else self.tones
+        return replace(self, first=first, points=self.points[chosen], maps=maps, tones=tones)
+
+    def plain(self) -> "ViewStack":
+        """The same without what is printed there."""
+        return ViewStack(self.views, self.first, self.points, self.maps, self.stride)
+
+
+def _faces(surface: NDArray[np.float32]) -> NDArray[np.bool_]:
+    """Which of surfaces (..., 7), point and normal first, are seen at less than `SLANT`; not what is no surface."""
+    point, normal = surface[..., :3], surface[..., 3:6]
+    with np.errstate(invalid="ignore"):
+        along = np.abs((point * normal).sum(axis=-1))
+        return np.asarray(along > np.cos(SLANT) * np.linalg.norm(point, axis=-1))
 
 
 class AskedErrors(NamedTuple):
