@@ -333,20 +333,25 @@ def test_boards_tell_a_delay_over_the_chip_beside_walls_that_do_not_and_waves_be
     assert delay.slope == pytest.approx(1e-4, abs=2e-5) and delay.slope_v == pytest.approx(4e-5, abs=2e-5)
 
 
-def test_depth_along_stated_rays_is_taken_to_the_true_ones():
+@pytest.mark.parametrize("along_stated", [True, False])
+def test_walls_tell_along_which_rays_a_range_became_a_depth(along_stated):
     true = replace(TOF, fx=106.0, fy=107.0, distortion=(0.05, -0.02))
     begin = start([_Recording(TOF)], true, None)
     rng = np.random.default_rng(3)
     walls = []
-    for z in DISTANCES[::4]:
+    for n, z in enumerate(DISTANCES[::4]):
         depth = WallPlane(float(z), 0.02, 0.01).depth(true)
-        # the range is right, and becomes a depth along the stated ray
-        stated = depth * View(true).stretch / View(TOF).stretch + NOISE * rng.standard_normal(TOF.shape)
-        means = Means(100, stated, np.full(TOF.shape, NOISE), None)
-        walls.append(wall_of(means, begin.camera, begin.known, ("w", float(z), LASER)))
+        # the range is right, and becomes a depth along the stated ray, or along the one that the maker has measured
+        rays = View(true).stretch / View(TOF).stretch if along_stated else 1.0
+        given = depth * rays + NOISE * rng.standard_normal(TOF.shape)
+        means = Means(100, given, np.full(TOF.shape, NOISE), None)
+        walls.append(wall_of(means, begin.camera, begin.known, (f"w{n}", float(z), LASER)))
     found = calibrate_walls(walls, begin, surface=False)
-    corrected = found.sensor.correct(stated, begin.camera)
+    corrected = found.sensor.correct(given, begin.camera)
     assert np.abs(corrected - depth).mean() < 2 * NOISE
+    told = " ".join(text for _, text in found.notes)
+    assert ("not along those that the recordings state" in told) != along_stated
+    assert ("along the rays of the stated camera" in told) == along_stated
 
 
 @pytest.mark.parametrize("off", [-0.18, 0.015])
