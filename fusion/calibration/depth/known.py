@@ -65,7 +65,9 @@ def start(recordings: Sequence[Recording], camera: Camera | None, sensor: Sensor
         model = replace(model, name=names[0] or "calibrated")
     if model.principle == Principle.UNKNOWN:
         notes.append(("warning", NO_PRINCIPLE))
-    ratio = _ratio(own, right) if model.principle == Principle.TIME_OF_FLIGHT else None
+    # a law that was fitted has it in it already, or walls said that there is none
+    open_ = model.principle == Principle.TIME_OF_FLIGHT and not model.fitted & set(FITTED)
+    ratio = _ratio(own, right) if open_ else None
     old = model.effect("depth_scale")
     scale = 1 + np.asarray(old.scale) if isinstance(old, DepthScale) else 1.0
     known = model if ratio is None else model.having(DepthScale(np.asarray(scale * ratio - 1, float)))
