@@ -21,6 +21,7 @@ from fusion.calibration.depth.maps.axis_curve import axis_curve, rivals_of
 from fusion.calibration.depth.maps.curve import DepthCurve, span
 from fusion.calibration.depth.maps.errors_left import errors_left
 from fusion.calibration.depth.maps.left_out import AxisErrors, Laws, axis_errors, straight
+from fusion.calibration.depth.maps.pixel_pattern import pixel_pattern
 from fusion.calibration.depth.maps.radial_limit import radial_limit, within
 from fusion.calibration.depth.maps.surface import LEAST_WALLS, MapStack, judge_surface, native, stack_of
 from fusion.calibration.depth.maps.surface_sensor import with_surface
@@ -208,7 +209,8 @@ def _calibrated(walls: list[Wall], begin: Start, surface: bool) -> DepthCalibrat
     kind = judged[chosen].candidate.surface
     stack = stack_of(fitted.evidence, units, kind) if kind else None
     sensor = fitted.sensor if stack is None else with_surface(fitted.sensor, camera, stack)
-    sensor = _named(sensor, begin, walls, judged[chosen])
+    pattern = pixel_pattern(walls, sensor, camera) if surface and chosen > 0 else None
+    sensor = _named(sensor if pattern is None else pattern.added(sensor), begin, walls, judged[chosen])
     if any(key.startswith("amplitude") for key in judged[chosen].law.keys):
         sensor = with_lamp(sensor, walls, camera)  # the correction of recordings without IR images asks for it
     rivals = rivals_of(judged, chosen, terms)
@@ -220,7 +222,7 @@ def _calibrated(walls: list[Wall], begin: Start, surface: bool) -> DepthCalibrat
         left = axis_errors(walls, laws, setting)
         sensor = replace(sensor, depth_errors=errors_left(walls, laws, unseen, stack, setting))
     chosen_of = Chosen(judged[0], judged[chosen], refused(judged, chosen), left)
-    notes = (*begin.notes, *notes_on(seen, walls, chosen_of, fitted))
+    notes = (*begin.notes, *notes_on(seen, walls, chosen_of, fitted), *(() if pattern is None else (pattern.note,)))
     evidence = (fitted, stack, curve, left, offset, deviation, seen, notes, begin.uncorrected)
     return DepthCalibration(sensor, camera, walls, judged, chosen, *evidence)
 
