@@ -32,6 +32,7 @@ from fusion.sensor.effects.phase.column_delay import ColumnDelay
 from fusion.sensor.effects.phase.cyclic_error import CyclicError
 from fusion.sensor.effects.readout.depth_offset import DepthOffset
 from fusion.sensor.effects.readout.depth_scale import DepthScale
+from fusion.sensor.effects.readout.fixed_pattern import FixedPattern
 from fusion.sensor.effects.triangulation.disparity_distortion import DisparityDistortion
 from fusion.sensor.effects.triangulation.disparity_offset import DisparityOffset
 from fusion.sensor.files.sensor_file import read_sensor, write_sensor
@@ -333,20 +334,50 @@ def test_boards_tell_a_delay_over_the_chip_beside_walls_that_do_not_and_waves_be
     assert delay.slope == pytest.approx(1e-4, abs=2e-5) and delay.slope_v == pytest.approx(4e-5, abs=2e-5)
 
 
-def test_depth_along_stated_rays_is_taken_to_the_true_ones():
+@pytest.mark.parametrize("along_stated", [True, False])
+def test_walls_tell_along_which_rays_a_range_became_a_depth(along_stated):
     true = replace(TOF, fx=106.0, fy=107.0, distortion=(0.05, -0.02))
     begin = start([_Recording(TOF)], true, None)
     rng = np.random.default_rng(3)
     walls = []
-    for z in DISTANCES[::4]:
+    for n, z in enumerate(DISTANCES[::4]):
         depth = WallPlane(float(z), 0.02, 0.01).depth(true)
-        # the range is right, and becomes a depth along the stated ray
-        stated = depth * View(true).stretch / View(TOF).stretch + NOISE * rng.standard_normal(TOF.shape)
-        means = Means(100, stated, np.full(TOF.shape, NOISE), None)
-        walls.append(wall_of(means, begin.camera, begin.known, ("w", float(z), LASER)))
+        # the range is right, and becomes a depth along the stated ray, or along the one that the maker has measured
+        rays = View(TOF if along_stated else true).stretch
+        given = (depth * View(true).stretch + 0.01) / rays + NOISE * rng.standard_normal(TOF.shape)
+        means = Means(100, given, np.full(TOF.shape, NOISE), None)
+        walls.append(wall_of(means, begin.camera, begin.known, (f"w{n}", float(z), LASER)))
     found = calibrate_walls(walls, begin, surface=False)
-    corrected = found.sensor.correct(stated, begin.camera)
+    corrected = found.sensor.correct(given, begin.camera)
     assert np.abs(corrected - depth).mean() < 2 * NOISE
+    told = " ".join(text for _, text in found.notes)
+    assert ("not along those that the recordings state" in told) != along_stated
+    assert ("along the rays of the stated camera" in told) == along_stated
+    assert start([_Recording(TOF)], true, found.sensor).ratio is None  # what has such a law is not undone twice
+
+
+def with_pattern(pattern: np.ndarray) -> list[Wall]:
+    """Walls of a camera whose pixels keep errors (h, w) of range [m] of their own."""
+    walls = walls_of(TOF, (DepthOffset(0.01),))
+    ideal = Sensor(principle=TOF.principle)
+    again = [Means(w.frames, w.measured + pattern / View(TOF).stretch, w.std, None) for w in walls]
+    return [wall_of(m, TOF, ideal, (w.name, w.distance, LASER)) for w, m in zip(walls, again, strict=True)]
+
+
+@pytest.mark.parametrize("size", [0.0, 1e-3])
+def test_what_single_pixels_keep_is_taken_out_and_nothing_where_they_keep_nothing(size):
+    planted = size * np.random.default_rng(8).standard_normal(TOF.shape)
+    found = calibrate_walls(with_pattern(planted), start([_Recording(TOF)], None, None))
+    told = [text for _, text in found.notes if text.startswith("single pixels")]
+    pattern = found.sensor.effect("fixed_pattern")
+    if size == 0:
+        assert not told and pattern is None
+        return
+    assert isinstance(pattern, FixedPattern) and "fixed_pattern" in found.sensor.fitted and told
+    # nine walls of 0.2 mm, and what neighbours have too (25 of them) is not a pixel's own
+    assert np.std(planted - pattern.map) < 0.3 * size
+    off = found.sensor.std["fixed_pattern", "map"]
+    assert off == pytest.approx(NOISE / 3, rel=0.3)
 
 
 @pytest.mark.parametrize("off", [-0.18, 0.015])

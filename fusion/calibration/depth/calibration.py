@@ -21,14 +21,17 @@ from fusion.calibration.depth.maps.axis_curve import axis_curve, rivals_of
 from fusion.calibration.depth.maps.curve import DepthCurve, span
 from fusion.calibration.depth.maps.errors_left import errors_left
 from fusion.calibration.depth.maps.left_out import AxisErrors, Laws, axis_errors, straight
+from fusion.calibration.depth.maps.pixel_pattern import pixel_pattern
 from fusion.calibration.depth.maps.radial_limit import radial_limit, within
 from fusion.calibration.depth.maps.surface import LEAST_WALLS, MapStack, judge_surface, native, stack_of
 from fusion.calibration.depth.maps.surface_sensor import with_surface
 from fusion.calibration.depth.maps.wall_shape import wall_shapes
 from fusion.calibration.depth.notes import Chosen, notes_on
+from fusion.calibration.depth.rays import ByWalls, along_own, plainly_less, told_again
+from fusion.calibration.depth.rays import told as told_of_rays
 from fusion.calibration.depth.visibility import TermVisibility, visibilities
 from fusion.calibration.depth.walls.board_walls import board_walls
-from fusion.calibration.depth.walls.lamp import with_lamp
+from fusion.calibration.depth.walls.lamp import ir_reference, ir_span, with_lamp
 from fusion.calibration.depth.walls.wall import Wall, read_walls
 from fusion.calibration.lens.boards.board import Board
 from fusion.errors import FusionError
@@ -145,7 +148,21 @@ def calibrate_depth(recordings: Sequence[Recording], settings: DepthSettings | N
 
 
 def calibrate_walls(walls: list[Wall], begin: Start, surface: bool = True) -> DepthCalibration:
-    """The same from walls that are already reduced; walls whose stated distance cannot be are left out and named."""
+    """The same from walls that are already reduced: along the stated rays, or where walls left out plainly say so along
+    those of the calibrated camera.
+    """
+    found = _without_misstated(walls, begin, surface)
+    if begin.ratio is None:
+        return found
+    own = along_own(begin)
+    other = _without_misstated([told_again(wall, own.camera, own.known) for wall in walls], own, surface)
+    if not plainly_less(ByWalls(other.walls, other.best), ByWalls(found.walls, found.best)):
+        return found
+    return replace(other, notes=(told_of_rays(other.best.error, found.best.error), *other.notes))
+
+
+def _without_misstated(walls: list[Wall], begin: Start, surface: bool) -> DepthCalibration:
+    """By all walls but those whose stated distance cannot be, which are named."""
     first = _calibrated(walls, begin, surface)
     if first.chosen and any(not np.isfinite(wall.distance) for wall in walls):
         first = _calibrated(placed(walls, first.sensor, begin.camera), begin, surface)
@@ -164,7 +181,7 @@ def calibrate_walls(walls: list[Wall], begin: Start, surface: bool = True) -> De
 
 def _calibrated(walls: list[Wall], begin: Start, surface: bool) -> DepthCalibration:
     camera, known = begin.camera, begin.known
-    nodes, light = _nodes(walls, begin), _ir_reference(walls)
+    nodes, light = _nodes(walls, begin), ir_reference(walls)
     have = {effect.name for effect in begin.uncorrected.effects}
     periods = harmonics(known.frequencies or MODULATIONS_HZ) if known.principle == Principle.TIME_OF_FLIGHT else ()
     terms = [term for term in terms_for(known.principle, nodes, light, periods) if term.effect not in have]
@@ -175,7 +192,7 @@ def _calibrated(walls: list[Wall], begin: Start, surface: bool) -> DepthCalibrat
         bent = [j.candidate for j in promising(judged) if "radius^2" in j.candidate.keys]
         judged += [judge(problem, richer(candidate)) for candidate in bent]
     shapes = wall_shapes(problem, judged, camera)
-    setting = FitSetting(camera, begin.uncorrected, nodes, light or 1000.0, begin.ratio, _ir_span(walls))
+    setting = FitSetting(camera, begin.uncorrected, nodes, light or 1000.0, begin.ratio, ir_span(walls))
     units = [native(e, known) for e in problem.evidence]
     if surface and len(walls) >= LEAST_WALLS:
         base = judged[choose(judged)]
@@ -192,7 +209,8 @@ def _calibrated(walls: list[Wall], begin: Start, surface: bool) -> DepthCalibrat
     kind = judged[chosen].candidate.surface
     stack = stack_of(fitted.evidence, units, kind) if kind else None
     sensor = fitted.sensor if stack is None else with_surface(fitted.sensor, camera, stack)
-    sensor = _named(sensor, begin, walls, judged[chosen])
+    pattern = pixel_pattern(walls, sensor, camera) if surface and chosen > 0 else None
+    sensor = _named(sensor if pattern is None else pattern.added(sensor), begin, walls, judged[chosen])
     if any(key.startswith("amplitude") for key in judged[chosen].law.keys):
         sensor = with_lamp(sensor, walls, camera)  # the correction of recordings without IR images asks for it
     rivals = rivals_of(judged, chosen, terms)
@@ -204,7 +222,7 @@ def _calibrated(walls: list[Wall], begin: Start, surface: bool) -> DepthCalibrat
         left = axis_errors(walls, laws, setting)
         sensor = replace(sensor, depth_errors=errors_left(walls, laws, unseen, stack, setting))
     chosen_of = Chosen(judged[0], judged[chosen], refused(judged, chosen), left)
-    notes = (*begin.notes, *notes_on(seen, walls, chosen_of, fitted))
+    notes = (*begin.notes, *notes_on(seen, walls, chosen_of, fitted), *(() if pattern is None else (pattern.note,)))
     evidence = (fitted, stack, curve, left, offset, deviation, seen, notes, begin.uncorrected)
     return DepthCalibration(sensor, camera, walls, judged, chosen, *evidence)
 
@@ -265,20 +283,6 @@ def _nodes(walls: list[Wall], begin: Start) -> tuple[float, ...]:
         return tuple(float(r) for r in np.linspace(low, high * longest, count))
     count = int(np.clip(len(walls) // 2, 2, 12))
     return tuple(float(z) for z in np.linspace(low, max(high, low + 0.01), count))
-
-
-def _ir_reference(walls: list[Wall]) -> float | None:
-    """Median amplitude over the walls [count]; None unless every wall has one."""
-    found = [float(np.median(w.ir[w.mask])) for w in walls if w.ir is not None and np.any(w.ir[w.mask] > 0)]
-    return float(np.median(found)) if len(found) == len(walls) else None
-
-
-def _ir_span(walls: list[Wall]) -> tuple[float, float]:
-    """Darkest and brightest amplitude of all walls [count]; usual ones where none is known."""
-    found = [w.ir[w.mask & (w.ir > 0)] for w in walls if w.ir is not None]
-    every = np.concatenate([ir.ravel() for ir in found]) if found else np.zeros(0)
-    low, high = (float(np.min(every)), float(np.max(every))) if every.size else (100.0, 65535.0)
-    return low, max(high, 1.01 * low)
 
 
 def _named(sensor: Sensor, begin: Start, walls: list[Wall], best: JudgedLaw) -> Sensor:

@@ -20,6 +20,11 @@ NO_PRINCIPLE = (
     'they do is left; state it ("principle" in camera.json: structured_light, active_stereo or itof)'
 )
 
+ALONG_STATED = (
+    "ok",
+    "depth is along the rays of the stated camera; the map in depth_scale takes it to those of --camera",
+)
+
 
 @dataclass(frozen=True)
 class Start:
@@ -60,13 +65,14 @@ def start(recordings: Sequence[Recording], camera: Camera | None, sensor: Sensor
         model = replace(model, name=names[0] or "calibrated")
     if model.principle == Principle.UNKNOWN:
         notes.append(("warning", NO_PRINCIPLE))
-    ratio = _ratio(own, right) if model.principle == Principle.TIME_OF_FLIGHT else None
+    # a law that was fitted has it in it already, or walls said that there is none
+    open_ = model.principle == Principle.TIME_OF_FLIGHT and not model.fitted & set(FITTED)
+    ratio = _ratio(own, right) if open_ else None
     old = model.effect("depth_scale")
     scale = 1 + np.asarray(old.scale) if isinstance(old, DepthScale) else 1.0
     known = model if ratio is None else model.having(DepthScale(np.asarray(scale * ratio - 1, float)))
     if ratio is not None:
-        text = "depth is along the rays of the stated camera; the map in depth_scale takes it to those of --camera"
-        notes.append(("ok", text))
+        notes.append(ALONG_STATED)
     return Start(replace(right, principle=model.principle), known, model, ratio, *names, tuple(notes))
 
 

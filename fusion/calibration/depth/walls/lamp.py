@@ -48,3 +48,17 @@ def with_lamp(sensor: Sensor, walls: list[Wall], camera: Camera) -> Sensor:
     std = sensor.std | {(lamp.name, "ir_at_1m"): bright * WHITE_STD / WHITE}
     said = f"infrared images of {len(light) - 1} walls, taken to reflect {WHITE:g} of the light: guess"
     return replace(sensor.having(lamp), std=std, sources=sensor.sources | {lamp.name: said})
+
+
+def ir_reference(walls: list[Wall]) -> float | None:
+    """Median amplitude over the walls [count]; None unless every wall has one."""
+    found = [float(np.median(w.ir[w.mask])) for w in walls if w.ir is not None and np.any(w.ir[w.mask] > 0)]
+    return float(np.median(found)) if len(found) == len(walls) else None
+
+
+def ir_span(walls: list[Wall]) -> tuple[float, float]:
+    """Darkest and brightest amplitude of all walls [count]; usual ones where none is known."""
+    found = [w.ir[w.mask & (w.ir > 0)] for w in walls if w.ir is not None]
+    every = np.concatenate([ir.ravel() for ir in found]) if found else np.zeros(0)
+    low, high = (float(np.min(every)), float(np.max(every))) if every.size else (100.0, 65535.0)
+    return low, max(high, 1.01 * low)
