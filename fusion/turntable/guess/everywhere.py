@@ -10,7 +10,7 @@ from fusion.turntable.all_views.together import REACH
 from fusion.turntable.axis import Axis
 from fusion.turntable.guess.labels import Said
 from fusion.turntable.pairs.edges import Edges, ViewStack
-from fusion.turntable.pairs.pairwise import HELD, Registered, Twists, ViewPairLimits, coarser, register, twists
+from fusion.turntable.pairs.pairwise import HELD, Registered, Twists, ViewPairLimits, coarser, register, registered
 
 Array = NDArray[np.float64]
 SPACING = np.deg2rad(5.0)
@@ -101,14 +101,14 @@ def listen(seen: ViewStack, axis: Axis, edges: Edges, largest: float = np.pi) ->
     tried = [edge for edge in edges for _ in grid]
     turned = axis.turns(np.tile(grid, len(edges)))
     # a hand, or an axis beside the true one, leaves them apart: print would meet print only by chance
-    rough = register(seen, tried, axis, turned, ROUGH, LOOSE, 2, HELD)
+    rough = registered(seen, tried, axis, register(seen, tried, axis, turned, ROUGH, LOOSE, 2, HELD), ROUGH[-1])
     good = _fitting(rough.at, np.minimum(_points(seen, tried), GRID_POINTS))
     good = (good * (1 + np.clip(rough.at.alike, 0, 1))).reshape(len(edges), len(grid))
     chosen, which = _peaks(good, largest >= np.pi)
     some = [edges[k] for k in chosen]
     best = _guided(seen, some, axis, rough.poses[chosen * len(grid) + which])
     passes = (ViewPairLimits(REACH / 2, 0.0, TONE), ViewPairLimits(REACH / 3, 1.5, TONE))
-    found = register(seen, some, axis, best, passes, LOOSE)
+    found = registered(seen, some, axis, register(seen, some, axis, best, passes, LOOSE), passes[-1])
     return Heard(some, found, _fitting(found.at, np.minimum(_points(seen, some), passes[-1].most)))
 
 
@@ -118,9 +118,9 @@ def _guided(seen: ViewStack, edges: Edges, axis: Axis, met: Array) -> Array:
     sideways = np.cross(axis.direction, axis.point)  # along the surface that is seen: there shape slides
     beside = np.repeat(met[None], len(ASIDE), axis=0)
     beside[..., :3, 3] += np.multiply.outer(ASIDE, sideways / np.linalg.norm(sideways))[:, None]
-    guided = register(coarser(seen), edges * len(ASIDE), axis, beside.reshape(-1, 4, 4), GUIDED, LOOSE).poses
+    guided = register(coarser(seen), edges * len(ASIDE), axis, beside.reshape(-1, 4, 4), GUIDED, LOOSE)
     ways, many = np.concatenate([met, guided]), edges * (1 + len(ASIDE))
-    at = twists(seen, many, ways, axis.point, GUIDED[-1])
+    at = registered(seen, many, axis, ways, GUIDED[-1]).at
     good = _fitting(at, np.minimum(_points(seen, many), FIRST_POINTS)) * (1 + PRINT * np.clip(at.alike, 0, 1))
     best = good.reshape(1 + len(ASIDE), -1).argmax(axis=0)
     return np.asarray(ways.reshape(1 + len(ASIDE), -1, 4, 4)[best, np.arange(len(edges))])

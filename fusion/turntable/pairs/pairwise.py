@@ -87,15 +87,6 @@ def twists(
     )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Registered:
-    """m pairs of views brought together: turns (m,) [rad] about the axis, poses (m, 4, 4), and what fits there."""
-
-    turns: Array
-    poses: Array
-    at: Twists
-
-
 def register(
     seen: ViewStack,
     edges: Edges,
@@ -105,8 +96,8 @@ def register(
     loose: float,
     iterations: int = 4,
     turn: float = 1.0,
-) -> Registered:
-    """Refine the motions of m pairs, each about the axis' direction and across it.
+) -> Array:
+    """The motions (m, 4, 4) of m pairs brought together, each about the axis' direction and across it.
 
     Args:
         seen: the views.
@@ -138,9 +129,24 @@ def register(
             step *= np.minimum(1.0, 0.15 / np.maximum(np.abs(step[:, :1]), 1e-9))
             step[:, 1:] = np.clip(step[:, 1:], -limits.reach / 2, limits.reach / 2)
             poses = _after(axis, np.asarray(step, float)) @ poses
+    return poses
+
+
+@dataclass(frozen=True)
+class Registered:
+    """m pairs of views at motions (m, 4, 4), their turns (m,) [rad] about the axis, and what fits there."""
+
+    poses: Array
+    turns: Array
+    at: Twists
+
+
+def registered(seen: ViewStack, edges: Edges, axis: Axis, poses: Array, limits: ViewPairLimits) -> Registered:
+    """What m pairs of views show at motions (m, 4, 4), without equations: they take a third of the time and more."""
     turn = np.einsum("mij,ij->m", poses[:, :3, :3], _skew(axis.direction)) / 2
     flat = np.einsum("mii->m", poses[:, :3, :3]) / 2 - 0.5
-    return Registered(np.arctan2(turn, flat), poses, twists(seen, edges, poses, middle, passes[-1]))
+    at = twists(seen, edges, poses, axis.point, replace(limits, scale=-1.0))
+    return Registered(poses, np.arctan2(turn, flat), at)
 
 
 def _after(axis: Axis, step: Array) -> Array:

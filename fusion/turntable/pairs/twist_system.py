@@ -36,18 +36,22 @@ def normal_equations(
     lean[:3, :2], lean[3:, 2:] = axis.across().T, axis.across().T
     shared = (np.eye(6) - adjoint(M, axis.point)) @ lean  # of each view
     between = adjoint(M[j] @ pose.inverse(M[i]), axis.point)
+    told = np.flatnonzero(weight > 0)
+    i, j, between = i[told], j[told], between[told]
+    J = np.zeros((len(told), 7, SHARED + 6))
+    J[:, 6, SHARED - 1] = 1.0
+    J[:, :6, : SHARED - 1] = shared[j] - between @ shared[i]
+    J[:, :6, SHARED : SHARED + 3] = own
+    J[:, :6, SHARED + 3 :] = -(between @ own)
+    columns = np.empty((len(told), SHARED + 6), np.intp)
+    columns[:, :SHARED] = np.arange(SHARED)
+    columns[:, SHARED : SHARED + 3] = SHARED + 3 * j[:, None] + np.arange(3)
+    columns[:, SHARED + 3 :] = SHARED + 3 * i[:, None] + np.arange(3)
+    weighted = weight[told, None, None] * J.swapaxes(1, 2)
     k = SHARED + 3 * len(M)
     H, g = np.zeros((k, k)), np.zeros(k)
-    J = np.zeros((7, SHARED + 6))
-    J[6, SHARED - 1] = 1.0
-    J[:6, SHARED : SHARED + 3] = own
-    for e in np.flatnonzero(weight > 0):
-        J[:6, : SHARED - 1] = shared[j[e]] - between[e] @ shared[i[e]]
-        J[:6, SHARED + 3 :] = -between[e] @ own
-        first, second = SHARED + 3 * j[e], SHARED + 3 * i[e]
-        columns = np.r_[0:SHARED, first : first + 3, second : second + 3]
-        H[np.ix_(columns, columns)] += weight[e] * J.T @ found.H[e] @ J
-        g[columns] += weight[e] * J.T @ found.g[e]
+    np.add.at(H, (columns[:, :, None], columns[:, None]), weighted @ found.H[told] @ J)
+    np.add.at(g, columns, (weighted @ found.g[told, :, None])[..., 0])
     return H, g
 
 
