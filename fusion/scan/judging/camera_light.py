@@ -26,7 +26,8 @@ def camera_light(scan: "Scan") -> Light:
     off = focal.deviations(stated)
     if scan.evidence.refined:
         said = f"The focal length is corrected: fx {scan.camera.fx:.1f} instead of {stated.fx:.1f} px ({focal.said()})"
-        why = ", by the scan itself, as the camera is only nominal" if off > SURE else ", as asked for"
+        asked = scan.settings.refine_camera is True
+        why = ", as asked for" if asked else ", by the scan itself, as the camera is only nominal"
         do = f"{CALIBRATE} to be sure; --keep-camera leaves it as stated."
         return Light("warning", "Camera", f"{said}{why}{_or_depth(scan, focal.relative)}.", do)
     said = f"The object keeps its shape only with fx {right:.1f} instead of {stated.fx:.1f} px ({focal.said()})"

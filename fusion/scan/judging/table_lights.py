@@ -102,13 +102,13 @@ def _print(scan: "Scan") -> Light | None:
     judged = level(max(against, loose), UNLIKE)
     if judged == "ok":
         return Light("ok", "Print", "What is printed on the object agrees from view to view.")
-    said = f"{against:.0%} of the pairs of views show other print where they were laid on each other"
-    if scan.told is None:
-        said += f", and {loose:.0%} of the views are not held together with the rest by print: "
-        said += "some may be turned to a side that looks alike in shape."
-    else:
+    differ = f"{against:.0%} of the pairs of views show other print where they were laid on each other"
+    if scan.told is not None:
         source = "log" if scan.settings.step is None else "step"
-        return Light(judged, "Print", f"{said}.", f"What the {source} says of the turns may be wrong.")
+        return Light(judged, "Print", f"{differ}.", f"What the {source} says of the turns may be wrong.")
+    alone = f"{loose:.0%} of the views are not held together with the rest by print"
+    said = " and ".join(text for text, share in ((differ, against), (alone, loose)) if share > UNLIKE[0])
+    said += ": some may be turned to a side that looks alike in shape."
     return Light(judged, "Print", said, "Record in smaller steps, in even light, or give --step.")
 
 
