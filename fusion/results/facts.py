@@ -17,7 +17,7 @@ class Gap:
 
     angle: float  # [rad]
     distance: float  # [m]
-    deviations: float  # the same in standard deviations of what the two views tell of each other
+    deviations: float  # the same, in standard deviations of what the two tell, over that of other views: 1 is usual
 
 
 @dataclass(frozen=True)

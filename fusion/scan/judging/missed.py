@@ -23,7 +23,8 @@ from fusion.turntable.views import Region
 from fusion.volume.prepared import Prepared
 
 Array = NDArray[np.float64]
-OTHERS = 6  # pairs whose median tells what views of this scan miss each other by: to a quarter of itself
+OTHERS = 12  # pairs whose median tells what views of this scan miss each other by: to a fifth of itself
+SHARPEST = 0.1  # of what noise lets expect: less is the rounding of depth that has none
 
 
 def aligned(
@@ -62,8 +63,9 @@ def closing_gaps(
 ) -> tuple[Gap | None, Gap | None]:
     """Where a turn closes: by how much two trajectories, after and before the fit, miss two views about a turn apart.
 
-    The deviations are those of noise, or more where other views, between which no turn lies, miss each other as well:
-    errors of depth that stand still in the image, which no noise tells of. None without a full turn.
+    The deviations are those of other views, between which no turn lies: errors of depth that stand still in the image,
+    of which no noise tells, make them miss each other by more, and noise that neighbours do not share by less. None
+    without a full turn.
     """
     pair = closing_pair(angles)
     direct = None if pair is None else aligned(frames, region, trajectories[0], pair)
@@ -74,7 +76,7 @@ def closing_gaps(
         found = aligned(frames, region, trajectories[0], other)
         gap = None if found is None else gap_of(frames, region, trajectories[0], other, found)
         others += [] if gap is None else [gap.deviations]
-    usual = max(1.0, float(np.median(others))) if others else 1.0
+    usual = max(float(np.median(others)), SHARPEST) if others else 1.0
     gaps = [gap_of(frames, region, t, pair, direct) for t in trajectories]
     after, before = (None if g is None else replace(g, deviations=g.deviations / usual) for g in gaps)
     return after, before

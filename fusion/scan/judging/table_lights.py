@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 # up to the first good, above the second a problem (guesses, for objects of some decimetres before a depth camera)
-CLOSED = (3.0, SURE)  # standard deviations
+CLOSED = (3.0, SURE)  # times what other views miss each other by
 WORSE = np.deg2rad(1.0)
 JUMP_M = (0.0, 0.004)  # above the noise of free tracking: what a slip leaves
 WOBBLE = (np.deg2rad(0.5), np.deg2rad(2.0))
@@ -27,6 +27,10 @@ PULLED = (
 MIRRORED = (
     "If the table counts clockwise, all is well; else the images are mirrored, as some drivers give them (print on the "
     "object reads backwards), and so is the mesh: flip them."
+)
+MOVED = (
+    "A part of what stands on the plate was moved while it turned, or the depth is wrong: fix it and record again, and "
+    "calibrate camera and depth."
 )
 LATE = (
     "By print the object would move on its plate from view to view, by shape it does not: the colours seem to be of "
@@ -129,7 +133,7 @@ def _closing(scan: "Scan") -> Light | None:
     said = f"Where the turn closes, two views miss each other by {gap.distance * 1e3:.2f} mm"
     said += f" and {np.rad2deg(gap.angle):.2f} deg"
     if judged != "ok":
-        said += f", {gap.deviations:.0f} standard deviations of what the two tell"
+        said += f", {gap.deviations:.0f} times what other views of this scan do"
     if before is not None and gap.angle > max(before.angle, WORSE):
         said += f"; the angle got worse ({np.rad2deg(before.angle):.2f} deg before the post-pass)"
-    return Light(judged, "Closing", said + ".", "Check camera and depth calibration." if judged != "ok" else "")
+    return Light(judged, "Closing", said + ".", MOVED if judged != "ok" else "")
