@@ -18,6 +18,8 @@ from fusion.turntable.views import ObjectView, Region
 
 Array = NDArray[np.float64]
 
+RIM_PX = 0.5  # by which a rim may stand beside itself: half of the pixel that mixes what is before and behind
+
 
 @dataclass(frozen=True)
 class FocalCheck:
@@ -27,6 +29,13 @@ class FocalCheck:
     std: float  # its standard deviation from the fit
     turned: float  # range of the angles [rad]
     frames: int  # that show the object
+    # relative, of a focal length by what a rim may stand beside itself; nothing where none is seen
+    rims: float = 0.0
+
+    @property
+    def told(self) -> float:
+        """How well the scan tells it: what the fit knows, and what it does not, where the rims are."""
+        return float(np.hypot(self.std, self.rims))
 
     def deviations(self, camera: Camera) -> float:
         """How far the stated focal length is off, in standard deviations of this check and of the camera's own."""
@@ -40,6 +49,11 @@ class FocalCheck:
     def said(self) -> str:
         """ "+9.0 +- 0.8 %"."""
         return f"{self.relative * 100:+.1f} +- {self.std * 100:.1f} %"
+
+
+def rims_of(motion: Motion, camera: Camera) -> float:
+    """By how much, relative, rims that stand half a pixel beside themselves change the focal length a scan asks for."""
+    return RIM_PX * float(motion.axis.point[2]) / (camera.fx * motion.radius)
 
 
 def focal_of(motion: Motion) -> FocalCheck:

@@ -6,6 +6,7 @@ import pytest
 from fusion.geometry.camera import Camera
 from fusion.geometry.depth import point_map
 from fusion.turntable.all_views.camera_fit import rests_on_rims
+from fusion.turntable.focal import FocalCheck
 from fusion.turntable.pairs.edges import SLANT, stack
 from fusion.turntable.views import view
 
@@ -46,3 +47,9 @@ def test_a_clear_view_has_no_rims():
 )
 def test_a_focal_length_must_show_beside_the_rims(claim, clear, std, rims):
     assert rests_on_rims(claim, clear, std) is rims
+
+
+def test_how_well_a_scan_tells_it_knows_of_rims():
+    check = FocalCheck(-0.02, 0.008, 6.3, 28, rims=0.021)
+    assert check.told == pytest.approx(np.hypot(0.008, 0.021))
+    assert check.deviations(CAMERA) == pytest.approx(0.02 / np.hypot(0.008, 0.002))

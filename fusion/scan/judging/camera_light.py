@@ -40,11 +40,11 @@ def camera_light(scan: "Scan") -> Light:
         return Light("bad", "Camera", f"{said}: {so}.", do)
     if off > DOUBT:
         return Light("warning", "Camera", f"{said}, perhaps.", f"{CALIBRATE}, or record another turn.")
-    if focal.std > VAGUE and "fx" in stated.std:
-        said = f"The focal length is taken from the calibration; the scan tells it to {focal.std:.0%} only"
+    if focal.told > VAGUE and "fx" in stated.std:
+        said = f"The focal length is taken from the calibration; the scan tells it to {focal.told:.0%} only"
         return Light("ok", "Camera", f"{said}.")
-    if focal.std > VAGUE:
-        said = f"The focal length is only nominal, and the scan tells it to {focal.std:.0%} only"
+    if focal.told > VAGUE:
+        said = f"The focal length is only nominal, and the scan tells it to {focal.told:.0%} only"
         return Light("warning", "Camera", f"{said}: so well is the size known.", f"{CALIBRATE}.")
     return Light("ok", "Camera", f"The focal length keeps the turning object in shape ({focal.said()}).")
 
