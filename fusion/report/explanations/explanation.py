@@ -17,6 +17,7 @@ from fusion.report.kit.page import Number, Page, Section, write_page
 from fusion.report.kit.tables import folded, numbers_table, titled
 from fusion.results.light import Light, level
 from fusion.sensor.words.in_words import plain
+from fusion.sensor.words.quantity import shown
 
 NOTHING = (
     "No effect passes the tests. That is no proof that there is none; the tables below say how large each could still "
@@ -67,7 +68,7 @@ def _summary(verdict: Verdict, seen: Compared) -> list[Light]:
     lines += [Light("warning", _title(claim), _told(claim, sure), _next(claim)) for claim, sure in judged]
     for name, loose, text in (("Scatter", verdict.fit.scatter, SCATTER), ("Drift", verdict.fit.drift, DRIFT)):
         if loose.value:
-            lines.append(Light("warning", name, text.format(f"{loose.value:.2g} {loose.unit}")))
+            lines.append(Light("warning", name, text.format(shown(float(f"{loose.value:.2g}"), None, loose.unit))))
     if verdict.reference is not None:
         lines.append(Light("warning", "Reference", plain(verdict.reference.text)))
     if not missing and not likely:
