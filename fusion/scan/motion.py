@@ -1,6 +1,6 @@
 """The stage that finds what turns, how, and the camera that the scan itself settles."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,7 @@ from fusion.scan.finding.pair_fit import Asked
 from fusion.scan.finding.settled_camera import settle_camera
 from fusion.scan.finding.turn import turned
 from fusion.scan.opening import OpenedScan
-from fusion.turntable.focal import FocalCheck, rims_of
+from fusion.turntable.focal import FocalCheck
 from fusion.turntable.motion import Motion
 from fusion.turntable.views import Region
 from fusion.volume.prepared import Prepared
@@ -41,5 +41,4 @@ def find_motion_and_camera(opened: OpenedScan) -> FoundMotion:
     """
     settled, focal = settle_camera(attempt(Asked(opened.recording, opened.sensor, opened.settings)))
     motion, frames = turned(settled)
-    focal = replace(focal, rims=rims_of(motion, settled.camera))
     return FoundMotion(opened, settled.asked.recording, settled.region, frames, motion, settled.told, focal)

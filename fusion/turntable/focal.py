@@ -29,8 +29,7 @@ class FocalCheck:
     std: float  # its standard deviation from the fit
     turned: float  # range of the angles [rad]
     frames: int  # that show the object
-    # relative, of a focal length by what a rim may stand beside itself; nothing where none is seen
-    rims: float = 0.0
+    rims: float = 0.0  # relative change of what a scan asks for by rims that stand `RIM_PX` beside themselves
 
     @property
     def told(self) -> float:
@@ -51,15 +50,12 @@ class FocalCheck:
         return f"{self.relative * 100:+.1f} +- {self.std * 100:.1f} %"
 
 
-def rims_of(motion: Motion, camera: Camera) -> float:
-    """By how much, relative, rims that stand half a pixel beside themselves change the focal length a scan asks for."""
-    return RIM_PX * float(motion.axis.point[2]) / (camera.fx * motion.radius)
-
-
-def focal_of(motion: Motion) -> FocalCheck:
-    """What the fit of a whole scan says of the focal length."""
+def focal_of(motion: Motion, camera: Camera) -> FocalCheck:
+    """What the fit of a whole scan says of the focal length of the camera that saw it."""
     known = motion.angles[np.isfinite(motion.angles)]
-    return FocalCheck(float(np.expm1(motion.focal_check.values[0])), motion.focal_std, float(np.ptp(known)), len(known))
+    relative = float(np.expm1(motion.focal_check.values[0]))
+    rims = RIM_PX * float(motion.axis.point[2]) / (camera.fx * motion.radius)
+    return FocalCheck(relative, motion.focal_std, float(np.ptp(known)), len(known), rims)
 
 
 def check_focal(views: Sequence[ObjectView], region: Region, commanded: Array | None = None) -> FocalCheck:

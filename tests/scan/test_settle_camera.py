@@ -77,5 +77,5 @@ def test_what_a_first_round_leaves_a_second_takes(monkeypatch):
 
 def test_what_the_camera_itself_may_be_wrong_by_counts():
     vague = replace(CAMERA, std={"fx": 0.05 * CAMERA.fx})
-    claim = module.focal_of(found(CAMERA, 0.002).fit.motion)
+    claim = module.focal_of(found(CAMERA, 0.002).fit.motion, CAMERA)
     assert claim.deviations(vague) < 2 < 5 < claim.deviations(CALIBRATED)

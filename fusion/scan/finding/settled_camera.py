@@ -20,7 +20,7 @@ def settle_camera(first: Attempt) -> tuple[Attempt, FocalCheck]:
     for, that focal length is taken, and made better once more.
     """
     camera, settings = first.camera, first.asked.settings
-    claim = focal_of(first.fit.motion)
+    claim = focal_of(first.fit.motion, camera)
     forced = settings.refine_camera is True
     if not forced and claim.deviations(camera) <= SURE:
         return first, claim
@@ -30,13 +30,13 @@ def settle_camera(first: Attempt) -> tuple[Attempt, FocalCheck]:
     if second is None or not (forced or refines(settings, camera)):
         return first, claim
     for _ in range(ROUNDS - 1):
-        left = focal_of(second.fit.motion)
+        left = focal_of(second.fit.motion, second.camera)
         third = _with_focal_length_of(second) if abs(left.relative) > left.std else None
         if third is None or third.misfit > second.misfit / WORTH:
             break
         second = third
     taken = second.camera.fx / camera.fx - 1
-    return second, replace(focal_of(second.fit.motion), relative=taken)
+    return second, replace(focal_of(second.fit.motion, second.camera), relative=taken)
 
 
 def refines(settings: ScanSettings, camera: Camera) -> bool:
