@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fusion.discrepancy.compared import beyond_noise, cleaned, depth_per_native, recording_names
+from fusion.discrepancy.compared import Compared, beyond_noise, depth_per_native, recording_names
 from fusion.discrepancy.explain import Explanation
 from fusion.discrepancy.extrapolation import extrapolated
 from fusion.discrepancy.verdict.content import Fit, LooseSize, Unexplained
@@ -52,7 +52,5 @@ def _suggested(found: Explanation, loose: float) -> float | None:
     """
     if found.named.suggested is None:
         return None
-    after = found.before.under(found.named.suggested)
-    white = found.covariance.whiten(after.residual)
-    metres = cleaned(found.covariance, white) * depth_per_native(after)
-    return float(np.sqrt(beyond_noise(white, metres) + loose))
+    seen = Compared(found.before, found.before.under(found.named.suggested), found.covariance, False)
+    return float(np.sqrt(beyond_noise(seen.white[1], seen.metres[1]) + loose))

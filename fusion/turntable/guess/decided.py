@@ -85,9 +85,7 @@ def decided(seen: ViewStack, state: State, edges: Edges, told: PairMotions = NOT
     return replace(printed(seen, (narrow.state, wide.state), edges, told), explained=moved)
 
 
-def _of_one_axis_and_any(
-    seen: ViewStack, state: State, edges: Edges, told: PairMotions = NOTHING
-) -> tuple[Joint, Joint]:
+def _of_one_axis_and_any(seen: ViewStack, state: State, edges: Edges, told: PairMotions) -> tuple[Joint, Joint]:
     """The joint fits of one axis, and of shifts as each view asks for them."""
     wide = fit_jointly(seen, state, edges, JOINT, Free(1.0), told=told)
     start = replace(wide.state, shifts=np.zeros_like(wide.state.shifts))

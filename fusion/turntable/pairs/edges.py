@@ -58,24 +58,25 @@ class ViewStack:
     def thinned(self, most: int) -> "ViewStack":
         """About `most` of the points, evenly from all views."""
         step = max(1, len(self.points) // most)
-        kept = [np.arange(a, b, step) for a, b in pairwise(self.first.tolist())]
-        first = np.concatenate([[0], np.cumsum([len(k) for k in kept])]).astype(np.int32)
-        chosen = np.concatenate(kept)
-        tones = self.tones[chosen] if len(self.tones) else self.tones
-        return replace(self, first=first, points=self.points[chosen], tones=tones)
+        return self._with([np.arange(a, b, step) for a, b in pairwise(self.first.tolist())])
 
     def clear(self) -> "ViewStack":
         """The same without the rims: without points and pixels of surfaces that are seen at more than `SLANT`."""
-        kept = [np.flatnonzero(_faces(self.points[a:b])) + a for a, b in pairwise(self.first.tolist())]
-        first = np.concatenate([[0], np.cumsum([len(k) for k in kept])]).astype(np.int32)
-        chosen, maps = np.concatenate(kept), self.maps.copy()
+        maps = self.maps.copy()
         maps[~_faces(maps)] = np.nan
-        tones = self.tones[chosen] if len(self.tones) else self.tones
-        return replace(self, first=first, points=self.points[chosen], maps=maps, tones=tones)
+        kept = [np.flatnonzero(_faces(self.points[a:b])) + a for a, b in pairwise(self.first.tolist())]
+        return replace(self._with(kept), maps=maps)
 
     def plain(self) -> "ViewStack":
         """The same without what is printed there."""
         return ViewStack(self.views, self.first, self.points, self.maps, self.stride)
+
+    def _with(self, kept: list[NDArray[np.intp]]) -> "ViewStack":
+        """The same with some of the points of each view."""
+        first = np.concatenate([[0], np.cumsum([len(k) for k in kept])]).astype(np.int32)
+        chosen = np.concatenate(kept)
+        tones = self.tones[chosen] if len(self.tones) else self.tones
+        return replace(self, first=first, points=self.points[chosen], tones=tones)
 
 
 def _faces(surface: NDArray[np.float32]) -> NDArray[np.bool_]:
