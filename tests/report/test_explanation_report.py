@@ -18,6 +18,7 @@ from fusion.commands.camera.explain import verdict_lines
 from fusion.discrepancy.compared import cleaned, compared
 from fusion.discrepancy.held_out import held_out_of
 from fusion.discrepancy.inference.tile_covariance import MeasuredTiles
+from fusion.discrepancy.naming.naming import suggested
 from fusion.discrepancy.unknown.unknown import unknown_of
 from fusion.discrepancy.unknown.unrestricted import explained, groups_of
 from fusion.discrepancy.verdict.content import Verdict
@@ -115,6 +116,18 @@ def test_the_sentence_has_the_size_and_how_sure_and_is_the_same_everywhere(waved
 
 
 @pytest.mark.slow
+def test_all_that_a_model_does_not_carry_far_enough_is_likely(waved, verdict):
+    """Nothing is established, every name is told with all its waves, and what the model with them would leave."""
+    kept = suggested(waved.named, waved.before, waved.white)
+    said = verdict_of(replace(waved, named=kept))
+    named = {claim.effect: claim.parameters for claim in said.indicated}
+    assert not said.missing and {claim.effect for claim in verdict.missing} <= named.keys()
+    assert all(claim.parameters == named[claim.effect] for claim in verdict.missing)
+    # the frames of the fit are all but explained; the held-out ones are told beside it, under the model as given
+    assert said.unexplained.suggested_rms_m < 0.2 * said.unexplained.rms_m
+    assert "with all that is suggested" in said.headline and verdict.unexplained.suggested_rms_m is None
+
+
 def test_nothing_missing_says_so_and_shows_noise(nothing, tmp_path):
     verdict = verdict_of(nothing)
     explanation_report(tmp_path, nothing, verdict)
