@@ -12,6 +12,11 @@ LEAST = 0.12  # share of the surroundings that must be surface
 Image = NDArray[np.float32]
 
 
+def brightness(color: NDArray[np.uint8]) -> Image:
+    """(h, w) of a colour image (h, w, 3) RGB [counts]."""
+    return cv2.cvtColor(np.ascontiguousarray(color), cv2.COLOR_RGB2GRAY).astype(np.float32)
+
+
 def contrast(color: NDArray[np.uint8], shown: NDArray[np.bool_]) -> Image:
     """(brightness - mean) / mean of the surroundings on the same surface, (h, w); NaN off the surface.
 
@@ -21,7 +26,11 @@ def contrast(color: NDArray[np.uint8], shown: NDArray[np.bool_]) -> Image:
         color: (h, w, 3) RGB.
         shown: (h, w) the surface.
     """
-    gray = cv2.cvtColor(np.ascontiguousarray(color), cv2.COLOR_RGB2GRAY).astype(np.float32)
+    return contrast_of(brightness(color), shown)
+
+
+def contrast_of(gray: Image, shown: NDArray[np.bool_]) -> Image:
+    """`contrast` of a brightness (h, w) [counts]."""
     weight = shown.astype(np.float32)
 
     def mean(sigma: float) -> tuple[Image, Image]:

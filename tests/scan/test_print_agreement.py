@@ -97,6 +97,38 @@ def test_without_print_nothing_is_said(frames, angles):
     assert not [x for x in scan.judgement.lights if x.subject == "Print"]
 
 
+def lamp(frame, beside=(0.6, -0.6, -0.5)):
+    """Brightness under a lamp that stands beside the camera, of a matt surface: (h, w), 0.2 to 1."""
+    normals = np.nan_to_num(frame.surface.points.astype(float)) - stood_middle()
+    normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
+    return 0.2 + 0.8 * np.clip(normals @ (np.array(beside) / np.linalg.norm(beside)), 0, None)
+
+
+def stood_middle():
+    """The ball's middle before the camera: it stands still as the ball turns."""
+    return pose.transform(pose.inverse(stood(0.0)), np.zeros((1, 3)))[0]
+
+
+def under_a_lamp(frame):
+    color = (frame.color * lamp(frame)[..., None]).clip(0, 255).astype(np.uint8)
+    return SimpleNamespace(surface=frame.surface, depth=frame.depth, color=color, weight=frame.weight)
+
+
+@pytest.mark.parametrize("angles", [TURNS, 0 * TURNS], ids=["right", "wrong"])
+def test_what_a_lamp_makes_of_the_shape_is_no_print(frames, angles):
+    """It stands still as the ball turns: taken for print it would speak for a ball that does not turn."""
+    assert np.isnan(asked([under_a_lamp(frame) for frame in frames[plain]], angles).loose)
+
+
+@pytest.mark.parametrize("angles", SLIPPED.values(), ids=SLIPPED.keys())
+def test_print_tells_right_turns_under_a_lamp_too(frames, angles):
+    found = asked([under_a_lamp(frame) for frame in frames[patches]], angles)
+    if angles is TURNS:
+        assert found.against == 0 and found.loose == 0
+    else:
+        assert max(found.against, found.loose) > 0.03
+
+
 def test_frames_without_colours_or_without_a_place_are_not_asked(frames):
     some = [replace_color(frame) for frame in frames[patches]]
     assert asked(some, TURNS) is None
@@ -140,6 +172,25 @@ def test_a_frame_without_any_agreeing_pair_is_loose():
     assert halves.against == 0 and halves.loose == pytest.approx(20 / 41)
     (light,) = [x for x in with_evidence(good_scan(), print=halves).judgement.lights if x.subject == "Print"]
     assert light.level == "bad" and "49%" in light.reason
+
+
+def test_few_large_fields_tell_as_much_as_their_number_does():
+    """Of about ten fields a correlation of 0.9 is far from chance, though chance makes 0.3: it cannot exceed 1."""
+    coarse = replace(AGREEING, alike=np.full(40, 0.88), own=np.full(40, 0.55), chance=np.full(40, 0.3))
+    assert coarse.agree.all() and coarse.loose == 0
+    assert not replace(coarse, alike=np.full(40, 0.7)).agree.any()
+
+
+def test_print_that_is_seen_slanted_does_not_differ():
+    """Alike by half of what a print is with itself: neither one nor the other is sure."""
+    half = replace(AGREEING, alike=np.full(40, 0.25), own=np.full(40, 0.5), chance=np.full(40, 0.1))
+    assert not half.agree.any() and not half.differ.any()
+    assert replace(half, alike=np.full(40, 0.1)).differ.all()
+
+
+def test_pairs_that_share_nothing_have_no_print_to_hold_views_by():
+    apart = replace(AGREEING, alike=np.where(np.arange(40) == 0, np.nan, 0.9))
+    assert apart.loose == 0
 
 
 @pytest.mark.parametrize("step", [None, 0.17])

@@ -37,12 +37,13 @@ class PrintAgreement:
     @property
     def agree(self) -> NDArray[np.bool_]:
         """(m,) pairs that show the same print beyond chance."""
-        return np.asarray(self.alike > CHANCES * self._doubt)
+        return np.asarray(np.arctanh(self.alike) > CHANCES * self._doubt)
 
     @property
     def differ(self) -> NDArray[np.bool_]:
-        """(m,) pairs that do not, though print that lies a little off would show so."""
-        return np.asarray(self._print & (self.own > CHANCES * self._doubt) & ~self.agree)
+        """(m,) pairs that do not, and less than print that lies a little off would, beyond chance."""
+        less = np.arctanh(self.own) - np.maximum(np.arctanh(self.alike), 0.0)
+        return np.asarray(self._print & (less > CHANCES * self._doubt) & ~self.agree)
 
     @property
     def against(self) -> float:
@@ -63,13 +64,19 @@ class PrintAgreement:
 
     @property
     def _print(self) -> NDArray[np.bool_]:
-        return np.asarray(self.own > LEAST)
+        return np.asarray((self.own > LEAST) & np.isfinite(self.alike))
 
     @property
     def _doubt(self) -> Array:
-        """(m,) standard deviation of a correlation by chance: a pair asks few places, so at least what is usual."""
+        """(m,) standard deviation of the inverse hyperbolic tangent of a correlation by chance (Fisher 1921).
+
+        That of n values is 1 / sqrt(n - 3), where the correlation's own is 1 / sqrt(n - 1); above it all is possible.
+        A pair asks few places, so at least what is usual.
+        """
         known = self.chance[np.isfinite(self.chance)]
-        return np.maximum(self.chance, np.median(known)) if len(known) else self.chance
+        chance = np.maximum(self.chance, np.median(known)) if len(known) else self.chance
+        left = 1 - 2 * chance**2
+        return np.asarray(np.where(left > 0, chance / np.sqrt(np.maximum(left, 1e-12)), np.inf))
 
 
 def print_agreement(
