@@ -1,11 +1,30 @@
-"""What light makes of the brightness of a matt surface, by its normals alone."""
+"""What light makes of the brightness of a matt surface, by its normals alone, and what is left: what is printed."""
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.turntable.tones import DARK, Image
+from fusion.turntable.tones import DARK, Image, brightness, contrast_of
 
 FAR_OFF = 2.0  # standard deviations: print that is darker or brighter does not shift what light makes
+
+
+def print_of(color: NDArray[np.uint8], normals: NDArray[np.float32], shown: NDArray[np.bool_]) -> Image:
+    """(h, w) contrast, see `tones.contrast`, without what light makes of the shape: that stands still as it turns.
+
+    NaN off the surface, and all over where light makes most of the contrast: what a fit leaves of it is no print.
+
+    Args:
+        color: (h, w, 3) RGB.
+        normals, shown: as of `shading`.
+    """
+    gray = brightness(color)
+    lit = shading(gray, normals, shown)
+    seen = shown & np.isfinite(lit)
+    if not seen.any():
+        return lit
+    even = np.where(seen, gray / np.where(seen, lit, 1) * gray[seen].mean(), 0).astype(np.float32)
+    with_light, print_ = contrast_of(gray, seen), contrast_of(even, seen)
+    return print_ if np.nansum(print_**2) > np.nansum(with_light**2) / 2 else np.full_like(print_, np.nan)
 
 
 def shading(gray: Image, normals: NDArray[np.float32], shown: NDArray[np.bool_]) -> Image:

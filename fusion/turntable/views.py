@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from fusion.geometry.camera import Camera
 from fusion.geometry.depth import PointMap
 from fusion.turntable.below.marks import Marked, Marks
-from fusion.turntable.tones import contrast
+from fusion.turntable.shading import print_of
 
 Array = NDArray[np.float64]
 
@@ -71,7 +71,7 @@ class ObjectView:
     points: NDArray[np.float32]
     normals: NDArray[np.float32]
     sigma: NDArray[np.float32]
-    # (h, w) what is printed on the surface (see `tones.contrast`), NaN where unknown; None without colour
+    # (h, w) what is printed on the surface (see `shading.print_of`), NaN where unknown; None without colour
     print: NDArray[np.float32] | None = None
     tones: NDArray[np.float32] | None = None  # (n,) the same at the points
     marks: Marks | None = None  # on the surface below, where that is looked at
@@ -108,7 +108,7 @@ def view(
     known = surface.points[seen], surface.normals[seen], surface.sigma[seen]
     if color is None:
         return ObjectView(surface, *known)
-    tones = contrast(color, seen)
+    tones = print_of(color, surface.normals, seen)
     return ObjectView(surface, *known, tones, tones[seen], marks)
 
 

@@ -204,6 +204,16 @@ def test_print_holds_a_ball_of_which_a_log_tells_the_turns(color, lean):
         assert np.rad2deg(np.std(found.state.angles - turns)) < 0.5
 
 
+@pytest.mark.parametrize("step", [20.0, 18.5], ids=["right", "7 % wrong"])
+def test_print_tells_which_way_a_ball_turned_whose_shape_says_nothing(step):
+    """A log's sign is unknown, and shape may have taken the other way."""
+    random, turns = np.random.default_rng(8), np.deg2rad(20.0) * np.arange(18)
+    T = pose.inverse(T_WORLD_CAMERA)
+    axis = Axis(T[:3, 3] + 0.06 * T[:3, 2], T[:3, 2])
+    found = held_through([ball(turn, random) for turn in turns], Turns(axis, -turns * step / 20.0))
+    assert found is not None and np.rad2deg(np.std(found.state.angles - turns)) < 0.5
+
+
 def test_shape_holds_a_box_of_which_a_log_tells_the_turns():
     turns, _, views = scanned([20.0] * 17, 0.0)
     T = pose.inverse(T_WORLD_CAMERA)

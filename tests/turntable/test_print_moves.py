@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from fusion.errors import TrackingError
 from fusion.geometry import pose
 from fusion.geometry.camera import Camera
 from fusion.simulation.demo.demo import looking_at
@@ -108,3 +109,18 @@ def test_too_few_pictures_and_an_empty_outline_say_nothing(scene):
     assert not print_moves(depths, few, usual, shown[0]).any()
     nowhere = outline_of(np.zeros((0, 3)), CAMERA)
     assert not nowhere.any() and not print_moves(depths, pictures(gray), usual, nowhere).any()
+
+
+def test_a_ball_in_the_very_middle_is_found_by_its_print():
+    """No depth moves, not even at its rim."""
+    depths, gray, shown = made(0.0)
+    ball = shown.all(axis=0)
+    found = find_moving(depths, CAMERA, sigma, pictures(gray))
+    middle = T_WORLD_CAMERA[:3, :3].T @ (np.array([0.0, 0.0, RADIUS]) - T_WORLD_CAMERA[:3, 3])
+    assert np.abs(found.low - (middle - RADIUS)).max() < 0.01
+    assert np.abs(found.high - (middle + RADIUS))[:2].max() < 0.01  # its far side is hidden
+    assert found.still[ball].mean() < 0.1
+    with pytest.raises(TrackingError, match="nothing turns"):
+        find_moving(depths, CAMERA, sigma)
+    with pytest.raises(TrackingError, match="nothing turns"):
+        find_moving(depths, CAMERA, sigma, pictures(np.where(shown, 150.0, gray)))

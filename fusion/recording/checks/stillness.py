@@ -130,8 +130,9 @@ def check_object_turns(sample: Sample) -> list[Finding]:
         told = f"the camera moves: {100 * (1 - seen.still):.0f} % of the image change, its rim too"
         return [Finding("motion", "error", told, "use `fusion reconstruct`, or --box around the object if it turns")]
     if seen.nothing_moves and seen.moving == 0:
-        told = f"nothing moves: {100 * seen.still:.0f} % of the image stay as they are in all frames"
-        return [Finding("motion", "warning", told, "record while the table turns")]
+        told = f"nothing moves by its depth: {100 * seen.still:.0f} % of the image stay as they are in all frames"
+        do = "record while the table turns; of a round thing in the middle of its plate only print tells"
+        return [Finding("motion", "warning", told, do)]
     return []
 
 

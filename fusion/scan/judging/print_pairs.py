@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from fusion.geometry import pose
 from fusion.scan.cleaning.facing import facing
 from fusion.turntable.pairs.edges import NOISES, SLANT
-from fusion.turntable.shading import shading
-from fusion.turntable.tones import AROUND, brightness, contrast_of
+from fusion.turntable.shading import print_of
+from fusion.turntable.tones import AROUND
 from fusion.turntable.views import Region, usable
 from fusion.volume.prepared import Prepared
 
@@ -73,20 +73,8 @@ def printed(frame: Prepared, region: Region, T: Array) -> PrintedFrame | None:
     points = pose.transform(T, surface.points[v, u].astype(float))
     near = NEAR + NOISES * np.nan_to_num(surface.sigma[v, u].astype(float))
     normals = surface.normals[v, u] @ T[:3, :3].T
-    print_ = np.pad(_print_of(frame.color, surface.normals, shown), FAR, constant_values=np.nan)
+    print_ = np.pad(print_of(frame.color, surface.normals, shown), FAR, constant_values=np.nan)
     return PrintedFrame(frame, T, print_, v, u, points, normals, near)
-
-
-def _print_of(color: NDArray[np.uint8], normals: Image, shown: NDArray[np.bool_]) -> Image:
-    """(h, w) contrast without what light makes of the shape; NaN all over where that makes most of the contrast."""
-    gray = brightness(color)
-    lit = shading(gray, normals, shown)
-    seen = shown & np.isfinite(lit)
-    if not seen.any():
-        return lit
-    even = np.where(seen, gray / np.where(seen, lit, 1) * gray[seen].mean(), 0).astype(np.float32)
-    with_light, print_ = contrast_of(gray, seen), contrast_of(even, seen)
-    return print_ if np.nansum(print_**2) > np.nansum(with_light**2) / 2 else np.full_like(print_, np.nan)
 
 
 def compared(one: PrintedFrame, other: PrintedFrame) -> PrintPair:

@@ -74,8 +74,11 @@ def find_moving(
     behind, moved = look_behind(depths, sigma)
     moved = without_visitors(moved, depths)
     points, frames, stride = _points_of(moved, depths, camera)
-    if len(points) < LEAST * len(depths):
-        raise _nothing(f"{len(points) / len(depths):.0f} moving pixels a frame")
+    if (by_depth := len(points)) < LEAST * len(depths):
+        moved = _by_print(behind, depths, colors)
+        points, frames, stride = _points_of(moved, depths, camera)
+        if len(points) < LEAST * len(depths):
+            raise _nothing(f"{by_depth / len(depths):.0f} moving pixels a frame")
     kept = persistent(points, frames, len(depths), camera.fx**2 / stride)
     if not kept.any():
         raise _nothing("what moves is in no place for long")
@@ -172,6 +175,14 @@ def _without_print(
     moves = print_moves(depths, colors, (behind.far, behind.limit), outline)
     far = np.where(moves, np.float32(np.nan), behind.far)
     return replace(behind, far=far, still=behind.still & ~moves, usual=behind.usual & ~moves)
+
+
+def _by_print(behind: Behind, depths: NDArray[np.float32], colors: Colors | None) -> NDArray[np.bool_]:
+    """(k, h, w) pixels of what stands still in depth and whose print moves: a bottle that turns about its own axis."""
+    if colors is None:
+        return np.zeros(depths.shape, bool)
+    everywhere = np.ones(depths.shape[1:], bool)
+    return print_moves(depths, colors, (behind.far, behind.limit), everywhere) & np.isfinite(depths)
 
 
 def outside_of(box: tuple[Array, Array], far: NDArray[np.float32], camera: Camera) -> NDArray[np.bool_]:
