@@ -224,3 +224,13 @@ def test_a_failed_scan_of_nothing_that_turns_says_so():
 def test_thin_parts_are_told_where_there_are_some(share, told):
     lights = with_evidence(good_scan(), thin_share=share).judgement.lights
     assert ["Thin parts" in light.subject for light in lights].count(True) == int(told)
+
+
+def test_views_that_go_to_and_fro_and_nowhere_are_told():
+    """A plain bottle: shape alone let each view slip as its noise asked for."""
+    slips = np.deg2rad(4.0) * np.random.default_rng(0).uniform(-1, 1, COUNT)
+    lost = with_motion(good_scan(), angles=slips)
+    assert "to and fro" in light(lost, "Coverage").reason and "--step" in light(lost, "Coverage").do
+    few = with_motion(good_scan(), angles=np.deg2rad(0.7) * np.arange(COUNT) + slips / 40)
+    for other in (few, replace(lost, told=slips)):
+        assert light(other, "Coverage").level == "bad" and "to and fro" not in light(other, "Coverage").reason

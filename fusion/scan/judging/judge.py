@@ -26,6 +26,7 @@ AGAINST = (0.02, 0.08)
 BENT = (0.35, 0.4)
 LOST = (0.05, 0.15)  # share of the frames without a place: up to 0.10 in good ones of the same, 0.20 in one said good
 STILL = 30.0  # [deg] views that all lie within this and contradict each other are of nothing that turns: guess
+SURELY = 3.0  # standard deviations of the mean step, below which views go to and fro and nowhere
 THIN_SHARE = 0.03  # of 13 scans without thin parts up to 0.015 had such, with them 0.07 (tools/sets/spoiled)
 # of what noise leaves of the surface, what the poses bend it by: up to 0.15 where scans were good, 0.43 and more where
 # they were not (tools/sets/hard_scans, seeds 404 and 405)
@@ -131,11 +132,21 @@ def _gap(scan: "Scan") -> float:
     return float(np.degrees(np.diff(np.append(around, around[0] + 2 * np.pi)).max()))
 
 
+def _aimless(scan: "Scan") -> bool:
+    """Whether the steps between views are no more in one direction than by chance."""
+    steps = np.diff(scan.motion.angles[np.isfinite(scan.motion.angles)])
+    return bool(abs(np.mean(steps)) * np.sqrt(len(steps)) < SURELY * np.std(steps))
+
+
 def _coverage(scan: "Scan") -> Light:
     gap = _gap(scan)
     judged = level(gap, GAP_DEG)
+    said = f"The largest gap between neighbouring views is {gap:.0f} deg."
     do = "Record a full turn, in steps of 5 to 20 degrees." if judged != "ok" else ""
-    return Light(judged, "Coverage", f"The largest gap between neighbouring views is {gap:.0f} deg.", do)
+    if judged == "bad" and scan.told is None and _aimless(scan):
+        said += " They go to and fro: the object stood still, or looks alike from all sides."
+        do = "Give --step or a log of the turns, or put marks on it."
+    return Light(judged, "Coverage", said, do)
 
 
 def _thin(scan: "Scan") -> list[Light]:
