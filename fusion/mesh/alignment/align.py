@@ -10,7 +10,7 @@ from fusion.mesh.alignment.coarse import ALIKE, NEAR, CoarseSurface, apart, gues
 from fusion.mesh.alignment.fit import SurfaceFit
 from fusion.mesh.alignment.judge import PoseJudge, PoseScore
 from fusion.mesh.alignment.look_alikes import MAYBE, layers, turned_alike
-from fusion.mesh.alignment.scale_interval import scale_interval
+from fusion.mesh.alignment.scale_interval import scale_asked_for, scale_interval
 from fusion.mesh.alignment.similarity import AS_WELL, IDENTITY, Array, Similarity, free_shifts, tells_scale
 from fusion.mesh.comparison.distances import Surface, surface_of
 from fusion.mesh.mesh import Mesh
@@ -35,6 +35,7 @@ class Alignment:
     turns: tuple[float, ...] = ()
     # how far [m] the mesh may slide along the reference at least and fits as well; 0 for a pose that was kept
     slides: float = 0.0
+    asks_scale: float | None = None  # by which the mesh would fit clearly better, where none was fitted
 
     def similarity(self) -> Similarity:
         """The same as a map of points."""
@@ -75,7 +76,7 @@ def align_meshes(
     moved = 2 * np.sin(_angle(pose) / 2) * size + np.linalg.norm(pose.apply(origin[None])[0] - origin)
     poor = _poor(judge.score(pose), size)
     status = "poor" if poor else "kept" if likely.stands and moved < 0.1 * size else "moved"
-    interval = None
+    interval, asks = None, None if scale or poor else scale_asked_for(matches)
     if scale:  # the other way round: the reference on the mesh
         again = SurfaceFit(own, size / pose.scale, facing=True).run(judge.back, pose.inverse(), scale, rounds=15)[0]
         interval = scale_interval(pose.scale, 1 / again.scale, matches)
@@ -86,7 +87,8 @@ def align_meshes(
         still = judge.cost(pose)
         ways = [Similarity(pose.rotation, pose.shift + NEAR * size * way, pose.scale) for way in free_shifts(matches)]
         slides = NEAR * size if any(judge.cost(way).as_well(still, size) for way in ways) else 0.0
-    return Alignment(pose.matrix(), pose.scale, interval, float((matches.weights > 0).mean()), status, turns, slides)
+    had_a_say = float((matches.weights > 0).mean())
+    return Alignment(pose.matrix(), pose.scale, interval, had_a_say, status, turns, slides, asks)
 
 
 class _Likely(NamedTuple):

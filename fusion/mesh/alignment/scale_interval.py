@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.special import stdtrit  # scipy.stats takes a second to import
 
-from fusion.mesh.alignment.similarity import Array, Matches, solve, tells_scale
+from fusion.mesh.alignment.similarity import AS_WELL, Array, Matches, solve, tells_scale
 
 # parts along x, y, z: cubes, as errors may reach across half of the object or be gone after a few pixels; and slabs,
 # as what has no counterpart (a plate below) pulls at one end
@@ -30,6 +30,24 @@ def scale_interval(scale: float, scale_back: float, matches: Matches) -> tuple[f
     random = max(_jackknife(matches, parts) for parts in _PARTS)
     half = float(np.hypot(random, np.log(scale_back / scale))) + _FLOAT
     return scale * float(np.exp(-half)), scale * float(np.exp(half))
+
+
+def scale_asked_for(matches: Matches) -> float | None:
+    """The scale that the last matches of a fit without one ask for; None where 1 is as good.
+
+    By its random part alone (see `scale_interval`), and where what is left would be clearly less with it.
+    """
+    if np.count_nonzero(matches.weights) < 8 or not tells_scale(matches):
+        return None
+    jacobian, residual, _, size = matches.rows
+    weighted = jacobian * matches.weights[:, None]
+    system, right = weighted.T @ jacobian, weighted.T @ residual
+    with_scale, without = solve(system, right), solve(system[:6, :6], right[:6])
+    total = float(matches.weights @ residual**2)
+    left = [max(total - float(asked @ found), 0.0) for asked, found in ((right, with_scale), (right[:6], without))]
+    asked = float(with_scale[6]) / size
+    random = max(_jackknife(matches, parts) for parts in _PARTS)
+    return float(np.exp(asked)) if AS_WELL**2 * left[0] < left[1] and abs(asked) > random + _FLOAT else None
 
 
 def _jackknife(matches: Matches, parts: tuple[int, int, int]) -> float:

@@ -165,7 +165,7 @@ def compare(mesh: Mesh, reference: Mesh, settings: CompareSettings | None = None
     if settings.align and not left_out:
         with stage("aligning"):
             mirror = mirrored_note(mesh, reference, surfaces[1], pose, accuracy.rms)
-    notes += mirror or _freedom_note(alignment)  # of a mirror image distances mean nothing
+    notes += mirror or _freedom_note(alignment) + _scale_note(alignment)  # of a mirror image distances mean nothing
     with stage("measuring"):
         # three times the scan's own error, by what lies near the reference: a table around the object is no error
         close = np.abs(there)[np.abs(there) <= NEAR * size(reference)]
@@ -250,6 +250,18 @@ def _freedom_note(alignment: Alignment) -> list[str]:
     return [
         f"{' or '.join(said).capitalize()} besides, the mesh fits the reference as well: "
         f"how large the distances are holds, but not where on the object; --no-align keeps a pose that is known."
+    ]
+
+
+def _scale_note(alignment: Alignment) -> list[str]:
+    """What one scale would explain that was not asked for."""
+    asked = alignment.asks_scale
+    if asked is None:
+        return []
+    other = "smaller" if asked > 1 else "larger"
+    return [
+        f"The mesh is {abs(1 / asked - 1):.2%} {other} than the reference all over: --scale fits that, and says how "
+        f"sure it is; a wrong focal length, a wrong depth or a coat make scans so."
     ]
 
 
