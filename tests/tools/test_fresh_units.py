@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 import trimesh
 
-from tools.sets.fresh import dots, flight
+from tools.sets.fresh import dots, flight, lens
 from tools.sets.fresh.angles import angle_std
 from tools.sets.fresh.information import depth_std, focal_std
 from tools.sets.fresh.judged import Judged
 from tools.sets.fresh.lens import Lens
 from tools.sets.fresh.making import _scan, held
 from tools.sets.fresh.table import line, row, summary
-from tools.sets.fresh.unit import drawn
+from tools.sets.fresh.unit import NOMINAL, drawn
 from tools.sets.fresh.views import Plane
 from tools.sets.judging.command import Ran
 from tools.sets.judging.measured import angle_errors, offset, own_fit
@@ -47,6 +47,12 @@ def test_the_lens_is_opencvs():
     np.testing.assert_allclose(seen[..., 0], u + 0.25, atol=1e-4)
     np.testing.assert_allclose(seen[..., 1], v - 0.25, atol=1e-4)
     np.testing.assert_allclose(LENS.pixels(rays), seen, atol=1e-6)
+
+
+def test_a_lens_that_folds_the_image_before_its_corners_does_not_cover_it():
+    assert LENS.covers
+    assert not replace(LENS, bend=(-0.2, -0.3, 0.0, 0.0)).covers
+    assert all(lens.drawn(np.random.default_rng(seed), NOMINAL["itof"]).covers for seed in range(5))
 
 
 @pytest.mark.parametrize("module", [flight, dots])

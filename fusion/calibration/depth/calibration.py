@@ -260,7 +260,7 @@ def _problem(walls: list[Wall], begin: Start, terms: list[LawTerm]) -> tuple[Pro
         evidence = [with_variance(e, r, usual) for e, r in zip(first, rests, strict=True)]
     problem = Problem(keys, evidence, [information_of(e, terms) for e in evidence])
     measured = sum(bool(np.isfinite(wall.distance)) for wall in walls)
-    return problem, visibilities(terms, problem.information, measured)
+    return problem, visibilities(terms, problem, measured)
 
 
 def _candidates(

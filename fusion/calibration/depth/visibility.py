@@ -1,17 +1,18 @@
 """Which numbers the walls can show at all, and what to record for those they cannot."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from fusion.calibration.depth.laws.candidates import DELAYS, TILTS
-from fusion.calibration.depth.laws.information import Information
+from fusion.calibration.depth.laws.selection import Problem
 from fusion.calibration.depth.laws.terms import BOARD, LawTerm
+from fusion.calibration.depth.laws.variance import FLAT
 
 LEAST = 0.02  # share of a term that must survive tilts and distances: below, rounding and lens errors decide
 # the same of a term that is 0 at the middle, where distances do not help: what else the walls hold that no law does
-# comes into it divided by its share, and walls left out cannot tell, as their tilts are free too (guess)
+# comes into it divided by its share, and walls left out cannot tell, as their tilts are free too (guess); where its
+# number is known to less than its usual size though walls are not quite flat, less may survive
 LEAST_SHAPE = 0.2
 SURE = 5.0  # standard deviations from which an effect counts as found
 
@@ -27,22 +28,32 @@ class TermVisibility:
     record: str  # what to record to see it; empty when it is seen
 
 
-def visibilities(terms: list[LawTerm], parts: Sequence[Information], measured: int) -> list[TermVisibility]:
-    """For every term, by what each wall says; `measured`: how many of the walls have a known distance."""
-    found, walls = [], len(parts)
-    told = np.maximum([np.diag(part.M) for part in parts], 0.0)
+def visibilities(terms: list[LawTerm], problem: Problem, measured: int) -> list[TermVisibility]:
+    """For every term, by what each wall says; `measured`: how many of the walls have a known distance.
+
+    A term that is 0 at the middle is judged by the standard deviation that its number reaches beside walls that all
+    are off a plane in the way that spoils it most; that is held against its usual size.
+    """
+    found, walls = [], len(problem.information)
+    told = np.maximum([np.diag(part.M) for part in problem.information], 0.0)
     # what no law holds comes into a number by each wall as far as that tells it: walls whose tilts take a term whole
     # do not hide what boards, whose tilts are known, say of it
-    spoiled = np.sqrt(told * [part.raw for part in parts]).sum(axis=0)
-    for term, own, reach in zip(terms, told.sum(axis=0).tolist(), spoiled.tolist(), strict=True):
+    spoiled = np.sqrt(told * [part.raw for part in problem.information]).sum(axis=0)
+    uneven = FLAT * np.sqrt([np.sum(1 / e.variance) for e in problem.evidence]) @ np.sqrt(told)
+    sums = np.array([told.sum(axis=0), spoiled, uneven]).T.tolist()
+    for term, (own, reach, off) in zip(terms, sums, strict=True):
         share = own / reach if reach > 0 else 0.0
-        smallest = SURE / np.sqrt(own) if own > 0 and share > 1e-6 else float("inf")
+        known = own > 0 and share > 1e-6
+        smallest = SURE / float(np.sqrt(own)) if known else float("inf")
+        std = float(np.hypot(smallest / SURE, off / own)) if known else float("inf")
         # where distances are known, noise alone decides; where not, what survives the free poses
-        left = share >= LEAST_SHAPE if term.shape else share >= LEAST or measured >= 2
+        of_shape = share >= LEAST_SHAPE or std < term.typical
+        left = of_shape if term.shape else share >= LEAST or measured >= 2
         seen = smallest < 20 * term.typical and left
         if term.effect == BOARD and not seen:
             continue  # a board that mirrors nothing: nobody misses that
-        found.append(TermVisibility(term, share, float(smallest), seen, "" if seen else _advice(term, measured, walls)))
+        record = "" if seen else _advice(term, measured, walls)
+        found.append(TermVisibility(term, share, smallest, seen, record))
     return found
 
 

@@ -48,15 +48,24 @@ class Lens:
             x, y = x + goal_x - bent_x, y + goal_y - bent_y
         return np.stack([x, y, np.ones(u.shape)], axis=-1)
 
+    @property
+    def covers(self) -> bool:
+        """Whether every pixel has a ray: strong distortion folds the image back before its corners."""
+        with np.errstate(over="ignore", invalid="ignore"):  # where there is none, the search runs away
+            seen = self.pixels(self.rays())
+        v, u = np.mgrid[: self.height, : self.width]
+        return bool((np.abs(seen - np.stack([u, v], axis=-1)) < 0.01).all())
+
     def four(self) -> list[Array]:
         """Rays of four places of every pixel: left and right of its centre, above and below."""
         return [self.rays(du, dv) for dv in (-0.25, 0.25) for du in (-0.25, 0.25)]
 
 
 def drawn(rng: np.random.Generator, nominal: Lens) -> Lens:
-    """A unit's lens: focal length 1.5 % off (std), centre some pixels off, distorted."""
+    """A unit's lens: focal length 1.5 % off (std), centre some pixels off, distorted; one that covers its image."""
     f = nominal.fx * (1 + 0.015 * np.clip(rng.standard_normal(), -2, 2))
     bend = (rng.uniform(-0.06, 0.06), rng.uniform(-0.08, 0.05), *rng.uniform(-5e-4, 5e-4, 2))
     cx, cy = nominal.cx + rng.uniform(-3, 3), nominal.cy + rng.uniform(-3, 3)
     ratio = 1 + 0.001 * rng.standard_normal()
-    return Lens(nominal.width, nominal.height, f, f * ratio, cx, cy, tuple(map(float, bend)))  # type: ignore[arg-type]
+    own = Lens(nominal.width, nominal.height, f, f * ratio, cx, cy, tuple(map(float, bend)))  # type: ignore[arg-type]
+    return own if own.covers else drawn(rng, nominal)
