@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 
 from fusion.discrepancy.observe.outliers import OutlyingRecording
+from fusion.discrepancy.observe.single_pixels import SinglePixel
 from fusion.discrepancy.verdict.claim import Claim
 from fusion.discrepancy.verdict.content import SIMULATION, Nuisances, Unexplained, Verdict
 from fusion.sensor.catalogue import IMPLEMENTED
@@ -154,9 +155,19 @@ def _outlying(outliers: Sequence[OutlyingRecording]) -> str:
     return f", something that is not in the mesh is left out of {told}" if names else ""
 
 
+def _alone(pixels: Sequence[SinglePixel]) -> str:
+    """Single pixels that are wrong whatever they see, as the end of a clause."""
+    if not pixels:
+        return ""
+    told = ", ".join(f"({pixel.u}, {pixel.v})" for pixel in pixels[:FOLLOWED])
+    more = f" and {len(pixels) - FOLLOWED} more" if len(pixels) > FOLLOWED else ""
+    what = f"{len(pixels)} single pixels that are" if len(pixels) > 1 else "a single pixel that is"
+    return f", left out {'are' if len(pixels) > 1 else 'is'} {what} off in most recordings: {told}{more}"
+
+
 def _left(verdict: Verdict) -> str:
     left = _unexplained(verdict.unexplained)
-    return left + _setting(verdict.nuisances) + _outlying(verdict.outliers)
+    return left + _setting(verdict.nuisances) + _outlying(verdict.outliers) + _alone(verdict.single_pixels)
 
 
 def _unexplained(left: Unexplained) -> str:
