@@ -132,11 +132,9 @@ def _setting(nuisances: Nuisances) -> str:
         times = f"{nuisances.pose_factor:.2g} times"
         said.append(f"poses are about {times} worse than stated, or the camera file is wrong")
     off = nuisances.camera_file
-    if off.cx or off.cy or off.focal:
-        said.append(
-            f"the camera file seems wrong: cx by {off.cx:+.1f} px, cy by {off.cy:+.1f} px, "
-            f"focal length by {100 * off.focal:+.1f} %"
-        )
+    numbers = (("cx", off.cx, "px"), ("cy", off.cy, "px"), ("focal length", 100 * off.focal, "%"))
+    if wrong := [f"{name} by {by:+.1f} {unit}" for name, by, unit in numbers if round(by, 1)]:
+        said.append(f"the camera file seems wrong: {', '.join(wrong)}")
     if nuisances.mesh_off_m > 0:
         scale = nuisances.mesh_scale
         size = f"{100 * abs(scale):.2g} % too {'small' if scale > 0 else 'large'}"
