@@ -27,6 +27,7 @@ from fusion.discrepancy.observe.frame_block import FrameBlock, blocks_of, wanted
 from fusion.discrepancy.observe.likely_pose import at_likely_poses
 from fusion.discrepancy.observe.observations import Observations, observe
 from fusion.discrepancy.observe.placements import joined
+from fusion.discrepancy.observe.single_pixels import SinglePixel, single_pixels, without
 from fusion.discrepancy.observe.stage import simulated_stage, stage_of
 from fusion.discrepancy.simulated import matched
 from fusion.discrepancy.unknown.unknown import Unknown
@@ -61,6 +62,7 @@ class Explanation:
         held: frames that took no part.
         beyond: what is left and no entry of the catalogue explains, established or not; None when it is little.
         posterior: probability that laws are missing in the mean, and not only poses or targets worse than stated.
+        alone: pixels that stand alone in most recordings; they take no part.
     """
 
     blocks: tuple[FrameBlock, ...]
@@ -75,6 +77,7 @@ class Explanation:
     held: HeldOut
     beyond: Unknown | None = None
     posterior: float = 1.0
+    alone: tuple[SinglePixel, ...] = ()
 
     def __repr__(self) -> str:
         found = dict.fromkeys(step.effect.name for step in self.named.steps)
@@ -160,6 +163,8 @@ def explained_looks(blocks: Sequence[FrameBlock], sensor: Sensor, told: tuple[Ch
     # a model that holds shaking says itself how much of it there is
     shaking = None if sensor.effect(SHAKES.name) else shaking_of(blocks)
     blocks = blocks if shaking is None else steadied(blocks, shaking)
+    alone = single_pixels(blocks)
+    blocks = without(blocks, alone)
     with stage("predicting"):
         before = observe(sensor, blocks)
     if len(before.residual) < 20:
@@ -185,7 +190,7 @@ def explained_looks(blocks: Sequence[FrameBlock], sensor: Sensor, told: tuple[Ch
     seen = mean.seen
     return Explanation(
         seen.blocks, seen.observations, seen.covariance, seen.white, mean.named, channels, mean.possible, mean.left,
-        seen.candidates, mean.held, mean.beyond, mean.posterior
+        seen.candidates, mean.held, mean.beyond, mean.posterior, tuple(alone)
     )  # fmt: skip
 
 

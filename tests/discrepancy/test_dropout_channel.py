@@ -112,3 +112,23 @@ def test_holes_in_one_recording_alone_are_no_law():
     count[:40, :60] = 0
     torn = replace(first, count=count, mean=np.where(count > 0, first.mean, np.nan))
     assert found_in(sensor_of("itof"), [torn, *others]) == ()
+
+
+@pytest.mark.parametrize("variable", ["depth", "range"])
+@pytest.mark.parametrize("seed", range(3))
+def test_a_working_range_that_ends_is_no_law_of_light(variable, seed):
+    """What comes back from far is dim: both are asked, and the likelier of the two is told."""
+    table = Tabulated((variable,), ((1.899, 1.901),), missing=np.array([0.0, 1.0]))
+    given, blocks = sensor_of("itof"), blocks_of(table, seed=seed)
+    assert all(block.view.ir is not None for block in blocks)
+    (step,) = found_in(given, blocks)
+    assert step.established and step.effect is None and step.variables == (variable,)
+    assert float(step.added.grid[0][0]) == pytest.approx(1.9, rel=0.02)
+    seen = validity_of(step.added_to(given), observe(given, blocks).patches)
+    assert seen is not None and np.mean(np.abs(seen.missing - seen.share())) < FLOOR
+
+
+def test_what_is_too_near_is_no_saturation():
+    table = Tabulated(("depth",), ((0.999, 1.001),), missing=np.array([1.0, 0.0]))
+    (step,) = found_in(sensor_of("itof"), blocks_of(table))
+    assert step.effect is None and step.variables == ("depth",)

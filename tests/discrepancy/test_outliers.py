@@ -3,7 +3,9 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from made_up_walls import looks_at, sensor_of
+from scipy.ndimage import binary_dilation
 
 from fusion.discrepancy.observe.observations import observe
 from fusion.discrepancy.observe.outliers import RIM_PX, behind, foreign, passing
@@ -37,6 +39,24 @@ def test_errors_of_a_sensor_are_not_foreign():
     flying[::7, ::5] -= 0.5  # single pixels are noise of another kind
     assert not foreign(flying, depth).any()
     assert not foreign(np.full_like(depth, np.nan), depth).any()
+
+
+@pytest.mark.parametrize("height", [0.45, 0.75, 1.2])
+def test_a_floor_is_foreign_down_to_where_it_meets_the_wall(height):
+    """However much of the image it takes, as long as most of it shows the wall; near the wall it is next to nothing."""
+    measured = wall()[1] + 1.0
+    v = np.arange(90)[:, None] - 44.5
+    floor = np.where(v > 0, height * 80 / np.maximum(v, 0.1), np.inf)
+    before = measured - floor
+    found = foreign(np.minimum(measured, floor), wall()[0] + 1.0)
+    assert found.any() and found[before > 0.015].all()  # 0.003 m of noise
+    assert not found[~binary_dilation(before > 0, iterations=RIM_PX + 1)].any()
+
+
+def test_a_scale_that_is_wrong_is_no_thing_however_deep_the_image():
+    depth = np.tile(np.linspace(1.0, 3.0, 120), (90, 1))
+    assert not foreign(1.2 * depth, depth).any()
+    assert not foreign(0.8 * depth, depth).any()
 
 
 def test_far_is_told_by_what_stands_there_where_a_range_wraps():

@@ -125,9 +125,11 @@ def _claim(mark: str, claim: "Claim", established: bool, width: int) -> Iterator
 
 
 def _rest(verdict: "Verdict", width: int) -> Iterator[str]:
-    """What was looked for in vain, and what these recordings cannot show."""
+    """What took no part, what was looked for in vain, and what these recordings cannot show."""
     from fusion.sensor.words.in_words import plain
 
+    for outlier in verdict.outliers[:NAMES]:
+        yield from _row("left out", f"{outlier.recording}: {outlier.text.removesuffix('; left out')}", width)
     unseen = verdict.invisible
     if unseen:
         named = ", ".join(map(plain, unseen[:NAMES])) + (", ..." if len(unseen) > NAMES else "")
@@ -138,4 +140,4 @@ def _rest(verdict: "Verdict", width: int) -> Iterator[str]:
 
 
 def _row(label: str, text: str, width: int) -> list[str]:
-    return textwrap.wrap(text, width, initial_indent=f"   {label:<{LABEL}}", subsequent_indent=" " * (LABEL + 3))
+    return textwrap.wrap(text, width, initial_indent=f"   {label:<{LABEL - 1}} ", subsequent_indent=" " * (LABEL + 3))

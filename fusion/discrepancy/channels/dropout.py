@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 from scipy.special import chdtrc
 
 from fusion.discrepancy.channels.channel_step import ChannelStep
-from fusion.discrepancy.channels.losses import loss_step
+from fusion.discrepancy.channels.losses import likeliest_limit, loss_step
 from fusion.discrepancy.channels.noise_parameters import USUAL, with_value
 from fusion.discrepancy.channels.validity import LEAST_LOST, Validity, validity_of, validity_of_rims
-from fusion.discrepancy.decisions import ALIKE, FAR, LOST_BY_CHANCE, REPLICATED
+from fusion.discrepancy.decisions import ALIKE, FAR, LOST_BY_CHANCE, REPLICATED, SURE
 from fusion.discrepancy.observe.observations import Observations
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
@@ -56,9 +56,9 @@ def dropout_steps(observations: Observations) -> tuple[Sensor, tuple[ChannelStep
     for _ in range(MOST_STEPS):
         seen = validity_of(sensor, patches)
         found = None if seen is None else _step(sensor, seen, list(_forms(sensor, recorded_light(seen))))
-        if found is None:
+        if seen is None or found is None:
             break
-        sensor, step = found
+        sensor, step = _or_limit(seen, sensor, *found)
         steps.append(step)
     else:
         seen = None
@@ -99,6 +99,20 @@ def _step(sensor: Sensor, seen: Validity, forms: Sequence[LostForm]) -> tuple[Se
     return better, ChannelStep(
         "dropout", best.effect, {name: best.std}, best.corrected, gain, share, probability, tuple(alike)
     )
+
+
+def _or_limit(seen: Validity, sensor: Sensor, better: Sensor, step: ChannelStep) -> tuple[Sensor, ChannelStep]:
+    """What was named; a limit of the working range in its place, where that is clearly the likelier of the two.
+
+    Light falls with distance: where little comes back, or too much, there is far, or near.
+    """
+    limit = likeliest_limit(seen, lambda share: _costs(seen, share))
+    before = float(_costs(seen, seen.share()).sum())
+    gain = before - float(limit.costs.sum())
+    if gain - step.gain < SURE:
+        return better, step
+    found = replace(limit.step, gain=gain, share=gain / max(before, 1e-9), probability=step.probability)
+    return found.added_to(sensor), found
 
 
 def _uncertain(sensor: Sensor, seen: Validity) -> bool:

@@ -1,6 +1,7 @@
 """Losses: missing values whose share no effect of the catalogue gives, with the names that lose values that way."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,12 +15,68 @@ from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
 from fusion.sensor.effects.readout.tabulated import Tabulated
 from fusion.sensor.sensor import Sensor
+from fusion.sensor.where import VARIABLES
 
 Vector = NDArray[np.float64]
 
 NAMED = 0.8  # of what smooth functions of everything known explain: less, and the name is not the right one
 HIDDEN = "loses values that way, by a law that is a guess or asks for light that nobody recorded"
 UNITS = {"depth": " m", "u": " px", "v": " px", "radius": " px", "time": " s", "temperature": " degC"}
+LIMITED = ("depth", "range")  # in which the working range of a sensor ends
+TRIED = np.linspace(0.0, 1.0, 18)[1:-1]  # of the pixels, then between two of them
+SHARP = 1e-3  # of a limit, over which it is taken to set in: tables are straight between their nodes
+
+
+@dataclass(frozen=True)
+class Limit:
+    """Nothing has a value beyond a number of one variable, or before it."""
+
+    variable: str
+    at: float  # [m]
+    beyond: bool
+    costs: Vector  # (recordings,) chi2 in each
+
+    @property
+    def step(self) -> ChannelStep:
+        """What it says, as a law that has no name; `gain` and what follows of that are the caller's to fill in."""
+        nodes = ((self.at * (1 - SHARP), self.at * (1 + SHARP)),)
+        table = Tabulated((self.variable,), nodes, missing=np.array([0.0, 1.0] if self.beyond else [1.0, 0.0]))
+        form = f"all {'beyond' if self.beyond else 'nearer than'} {self.at:.3g} m of {self.variable}"
+        text = f"more values are missing than predicted, {form}: the working range ends, which no effect explains"
+        return ChannelStep("dropout", None, {}, False, 0.0, 0.0, 1.0, variables=(self.variable,), text=text,
+                           added=table, form=form)  # fmt: skip
+
+
+def likeliest_limit(seen: Validity, costs: Callable[[Vector], Vector]) -> Limit:
+    """The limit that explains missing values best.
+
+    Args:
+        costs: chi2 (recordings,) of a share (n,) of missing values.
+    """
+    found = [_limit(seen, costs, variable, beyond) for variable in LIMITED for beyond in (True, False)]
+    return min(found, key=lambda one: float(one.costs.sum()))
+
+
+def _limit(seen: Validity, costs: Callable[[Vector], Vector], variable: str, beyond: bool) -> Limit:
+    """The best limit of one variable, on one side: looked for along its values, then between those beside the best."""
+    images = [np.asarray(VARIABLES[variable](p.depth, p.view), float) for p in seen.patches]
+    pixels = np.concatenate([x[p.tiles.label >= 0] for x, p in zip(images, seen.patches, strict=True)])
+    found: dict[float, Vector] = {}
+    low, high = float(np.nanmin(pixels)), float(np.nanmax(pixels))
+    for _ in range(3):
+        inside = pixels[(pixels >= low) & (pixels <= high)]
+        for at in np.quantile(inside, TRIED).tolist():
+            gone = [(x > at) == beyond for x in images]
+            kept = [
+                p.tiles.mean((1.0 - lost) * ~out)
+                for p, lost, out in zip(seen.patches, seen.predicted, gone, strict=True)
+            ]
+            found[at] = costs(1.0 - np.concatenate(kept))
+        each = sorted(found)
+        best = min(each, key=lambda at: float(found[at].sum()))
+        k = each.index(best)
+        low, high = each[max(k - 1, 0)], each[min(k + 1, len(each) - 1)]
+    return Limit(variable, best, beyond, found[best])
 
 
 def loss_step(sensor: Sensor, seen: Validity) -> ChannelStep | None:

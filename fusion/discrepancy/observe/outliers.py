@@ -6,15 +6,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import binary_dilation, binary_opening
+from scipy.ndimage import binary_dilation, binary_opening, binary_propagation
 
+from fusion.discrepancy import decisions
+from fusion.geometry.robust import robust_std
 from fusion.sensor.view import Image
 
 if TYPE_CHECKING:
     from fusion.discrepancy.observe.observations import Observations
 
 FAR = 0.05  # of the depth beside the rest of the image: effects at their usual size stay below it (guess)
-MOST = 0.3  # of the image: where more is off, it is the prediction that is wrong
 AWAY = 0.75  # of the frames may show what passes: the scene is what is farther, and seen in the others
 RIM_PX = 5  # around it: mixed pixels, shadows, and light that it sends to its neighbours
 
@@ -38,12 +39,15 @@ def foreign(measured: Image, predicted: Image, depth: Image | None = None) -> ND
     seen = np.isfinite(off)
     if not seen.any():
         return seen
+    away = np.abs(off - np.median(off[seen]))
+    # as most of the image is off: where more than half of it is not as predicted, nothing stands out
+    beyond = seen & (away > decisions.FAR * robust_std(off[seen]))
     with np.errstate(invalid="ignore"):
-        far = np.abs(off - np.median(off[seen])) > FAR * (predicted if depth is None else depth)
-    pieces = binary_opening(far & seen, iterations=2)
-    if not pieces.any() or np.count_nonzero(pieces) > MOST * np.count_nonzero(seen):
-        return np.zeros(off.shape, bool)
-    return np.asarray(binary_dilation(pieces, iterations=RIM_PX))
+        pieces = binary_opening(beyond & (away > FAR * (predicted if depth is None else depth)), iterations=2)
+    if not pieces.any():
+        return pieces
+    # a floor meets its wall, and a thing its ground: it is one piece down to where it can no more be told from them
+    return np.asarray(binary_dilation(binary_propagation(pieces, mask=beyond), iterations=RIM_PX))
 
 
 def behind(frames: Sequence[Image]) -> Image:
@@ -73,6 +77,8 @@ def outliers_of(observations: "Observations") -> list[OutlyingRecording]:
         if where.any():
             off = np.nanmedian((patch.block.mean - patch.predicted)[where])
             share, side = np.mean(where), "before" if off < 0 else "behind"
-            text = f"something stands {abs(off):.2g} m {side} the scene in {share:.1%} of the image; left out"
+            v, u = (int(np.median(at)) for at in np.nonzero(where))
+            text = f"something that the mesh does not have stands {abs(off):.2g} m {side} the scene in {share:.1%} of "
+            text += f"the image, about pixel ({u}, {v}); left out"
             out.setdefault(name, text)
     return [OutlyingRecording(name, text) for name, text in out.items()]

@@ -9,6 +9,7 @@ from fusion.discrepancy.held_out import HeldOutFit
 from fusion.discrepancy.inference.camera_file import FileError
 from fusion.discrepancy.inference.identifiability import Identifiability
 from fusion.discrepancy.observe.outliers import OutlyingRecording
+from fusion.discrepancy.observe.single_pixels import SinglePixel
 from fusion.discrepancy.planning.plan import Shows
 from fusion.discrepancy.verdict.claim import Claim, Names
 
@@ -87,6 +88,7 @@ class Verdict(Struct, frozen=True, kw_only=True, omit_defaults=True):
     unexplained: Unexplained
     nuisances: Nuisances
     outliers: Annotated[tuple[OutlyingRecording, ...], Meta(description="with something that is not in their mesh")]
+    single_pixels: Annotated[tuple[SinglePixel, ...], Meta(description="that stand alone in most recordings")] = ()
     repeats: Annotated[tuple[Names, ...], Meta(description="names of the recordings of each placement with several")]
     reference: SelfMadeReference | None = None
     against: Annotated[str, Meta(description='"simulation" where another simulator stands for the model')] = MODEL

@@ -52,7 +52,10 @@ def _of(metres: Vector) -> Size:
     acting = metres[metres > ACTS]
     if not acting.size:
         return Size(rms_m=0.0, peak_m=0.0)
-    return Size(rms_m=float(np.sqrt(np.mean(acting**2))), peak_m=float(np.percentile(acting, MOST)))
+    rms, most = float(np.sqrt(np.mean(acting**2))), float(np.percentile(acting, MOST))
+    return Size(
+        rms_m=rms, peak_m=most if most >= rms else float(acting.max())
+    )  # fewer than one in twenty are all of it
 
 
 def _noise(patches: Sequence[Patch], sensor: Sensor) -> float:

@@ -57,6 +57,7 @@ def verdict_of(found: Explanation) -> Verdict:
         unexplained=unexplained,
         nuisances=nuisances_of(found),
         outliers=tuple(outliers_of(found.before)),
+        single_pixels=found.alone,
         repeats=tuple(map(tuple, repeats_of(found.blocks))),
         reference=reference_of(found.before, found.covariance, found.candidates),
         against=SIMULATION if any(block.given is not None for block in found.blocks) else MODEL,

@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 
 from fusion.discrepancy.observe.outliers import OutlyingRecording
+from fusion.discrepancy.observe.single_pixels import SinglePixel
 from fusion.discrepancy.verdict.claim import Claim
 from fusion.discrepancy.verdict.content import SIMULATION, Nuisances, Unexplained, Verdict
 from fusion.sensor.catalogue import IMPLEMENTED
@@ -131,11 +132,9 @@ def _setting(nuisances: Nuisances) -> str:
         times = f"{nuisances.pose_factor:.2g} times"
         said.append(f"poses are about {times} worse than stated, or the camera file is wrong")
     off = nuisances.camera_file
-    if off.cx or off.cy or off.focal:
-        said.append(
-            f"the camera file seems wrong: cx by {off.cx:+.1f} px, cy by {off.cy:+.1f} px, "
-            f"focal length by {100 * off.focal:+.1f} %"
-        )
+    numbers = (("cx", off.cx, "px"), ("cy", off.cy, "px"), ("focal length", 100 * off.focal, "%"))
+    if wrong := [f"{name} by {by:+.1f} {unit}" for name, by, unit in numbers if round(by, 1)]:
+        said.append(f"the camera file seems wrong: {', '.join(wrong)}")
     if nuisances.mesh_off_m > 0:
         scale = nuisances.mesh_scale
         size = f"{100 * abs(scale):.2g} % too {'small' if scale > 0 else 'large'}"
@@ -154,9 +153,19 @@ def _outlying(outliers: Sequence[OutlyingRecording]) -> str:
     return f", something that is not in the mesh is left out of {told}" if names else ""
 
 
+def _alone(pixels: Sequence[SinglePixel]) -> str:
+    """Single pixels that are wrong whatever they see, as the end of a clause."""
+    if not pixels:
+        return ""
+    told = ", ".join(f"({pixel.u}, {pixel.v})" for pixel in pixels[:FOLLOWED])
+    more = f" and {len(pixels) - FOLLOWED} more" if len(pixels) > FOLLOWED else ""
+    what = f"{len(pixels)} single pixels that are" if len(pixels) > 1 else "a single pixel that is"
+    return f", left out {'are' if len(pixels) > 1 else 'is'} {what} off in most recordings: {told}{more}"
+
+
 def _left(verdict: Verdict) -> str:
     left = _unexplained(verdict.unexplained)
-    return left + _setting(verdict.nuisances) + _outlying(verdict.outliers)
+    return left + _setting(verdict.nuisances) + _outlying(verdict.outliers) + _alone(verdict.single_pixels)
 
 
 def _unexplained(left: Unexplained) -> str:
