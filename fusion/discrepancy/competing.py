@@ -21,7 +21,10 @@ def beside_setting(mean: MeanFindings, stated: MeasuredForms, sensor: Sensor) ->
         stated: the recordings with errors as stated: sizes that were found beside laws are none without them.
         sensor: the given model.
     """
-    free = without_laws(stated.observations, stated.covariance)
+    # with errors as stated, and with those that follow no law: a camera that is wrong does not win by what these do
+    free = min(
+        (without_laws(one.observations, one.covariance) for one in (stated, mean.seen)), key=lambda one: one.cost
+    )
     if mean.claims and _may_pose_as_laws(free, mean):
         mean = likeliest([mean, _again(mean, stated, free, sensor)])
     setting = min((free, *_beside_parts(mean, stated.observations.sensor)), key=lambda one: one.cost)
