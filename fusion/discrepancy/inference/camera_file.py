@@ -53,8 +53,8 @@ USUAL = FileError(
     cy=3.0,
     focal=0.01,  # the same
     aspect=0.003,  # pixels are square, and a calibration from views of one tilt misses it
-    k1=0.03,  # a file without it, or from boards that never were in the corners: 2 px there
-    p1=0.001,  # lenses are centred to about that: a pixel in the corners
+    k1=0.03,  # a file without it, or from boards that never were in the corners: 2 px 30 deg off the axis
+    p1=0.001,  # lenses are centred to about that: a third of a pixel there
     p2=0.001,
 )
 NAMES = tuple(about.name for about in fields(FileError))
