@@ -10,7 +10,9 @@ import pytest
 
 from fusion.discrepancy.explain import explained_looks
 from fusion.discrepancy.inference.camera_file import FileError, file_error
+from fusion.discrepancy.inference.loose import Loose
 from fusion.discrepancy.inference.tile_covariance import covariance_of
+from fusion.discrepancy.mean import MeanFindings
 from fusion.discrepancy.observe.frame_block import FrameBlock, wanted_channels
 from fusion.discrepancy.observe.observations import observe
 from fusion.discrepancy.setting import without_laws
@@ -115,6 +117,15 @@ def test_a_lens_that_is_wrong_is_found():
 
 def test_a_lens_that_is_right_is_left_alone():
     assert told(NONE)[0] == NONE
+
+
+@pytest.mark.parametrize("camera", [0.0, 2.0])
+def test_a_law_without_a_name_may_be_the_rest_of_a_wrong_lens(camera):
+    law = SimpleNamespace(replicated=True, footprint=np.full(50, 2.0))
+    seen = SimpleNamespace(observations=SimpleNamespace(loose=Loose(camera=camera)), white=np.full(50, 3.0))
+    named = SimpleNamespace(white=seen.white, steps=())
+    mean = MeanFindings(seen, named, SimpleNamespace(law=law), None, None, None)
+    assert mean.foresees == (camera == 0.0)
 
 
 @pytest.mark.slow
