@@ -21,14 +21,17 @@ def beside_setting(mean: MeanFindings, stated: MeasuredForms, sensor: Sensor) ->
         stated: the recordings with errors as stated: sizes that were found beside laws are none without them.
         sensor: the given model.
     """
-    free = without_laws(stated.observations, stated.covariance)
+    # in stated errors, and in those that follow no law: what these do hides a wrong camera
+    free = min(
+        (without_laws(one.observations, one.covariance) for one in (stated, mean.seen)), key=lambda one: one.cost
+    )
     if mean.claims and _may_pose_as_laws(free, mean):
         mean = likeliest([mean, _again(mean, stated, free, sensor)])
     setting = min((free, *_beside_parts(mean, stated.observations.sensor)), key=lambda one: one.cost)
-    if not mean.foresees:
-        mean = mean.unconfirmed
     laws = with_laws(mean.seen.observations, mean.seen.covariance, mean.gain if mean.claims else 0.0)
     sure = posterior(laws, setting)
+    if not mean.foresees:  # not established, and still what is said where no setting is likelier
+        mean = mean.unconfirmed
     if sure >= CONFIDENCE:
         return replace(mean, posterior=sure) if mean.claims else mean
     if sure > 1.0 - CONFIDENCE:

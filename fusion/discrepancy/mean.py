@@ -81,8 +81,12 @@ class MeanFindings:
         """True where the model with all that is established leaves noise, or little of what there was beyond noise.
 
         A law that is said of a part of the data must leave noise: else the part is drawn about what was not understood.
+        One without a name, beside a camera file that is wrong, may be the rest of its lens: to more than first order,
+        or in more numbers than are known of it.
         """
         established = self.beyond is not None and self.beyond.law.replicated
+        if established and self.seen.observations.loose.camera:
+            return False
         left = self.named.white - (self.beyond.law.footprint if self.beyond is not None and established else 0.0)
         before, after = (float(white @ white / len(white)) for white in (self.seen.white, left))
         bounded = any(step.candidate.where for step in self.named.steps)

@@ -53,7 +53,9 @@ def without_laws(
     """
     white = covariance.whiten(observations.residual)
     parts = setting_parts(observations, covariance) if parts is None else parts
-    more, mesh, camera, *bent = np.sqrt(sizes_of(white, parts, len(white)).variances).tolist()
+    # as `_cost` has it: parts in their order
+    unusual = [0.0, 1.0, 1.0, *[USUAL_SHAPE_M**-2] * (len(parts) - 3)]
+    more, mesh, camera, *bent = np.sqrt(sizes_of(white, parts, len(white), unusual).variances).tolist()
     own, common = tuple(bent[: len(BENDS_M)]), tuple(bent[len(BENDS_M) :])
     loose = Loose(pose=float(np.hypot(1.0, more)), shape=own, room=common, mesh=mesh, camera=camera)
     if loose == Loose():

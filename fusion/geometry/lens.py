@@ -47,7 +47,7 @@ def straightened(a: Array, b: Array, distortion: Distortion) -> tuple[Array, Arr
     r, bent = growing(distortion)
     far = np.hypot(a, b)
     ratio = np.interp(far, bent, r) / np.maximum(far, 1e-300)
-    x, y = np.where(far > 0, a * ratio, a), np.where(far > 0, b * ratio, b)
+    x, y = first = np.where(far > 0, a * ratio, a), np.where(far > 0, b * ratio, b)
     for _ in range(ROUNDS):
         off_a, off_b, jacobian = _off(x, y, a, b, distortion)
         aa, ab, bb = jacobian
@@ -61,7 +61,8 @@ def straightened(a: Array, b: Array, distortion: Distortion) -> tuple[Array, Arr
         if np.max(np.hypot(step_x, step_y)[known & (out == 1)], initial=0.0) < CLOSE:
             break
     off_a, off_b, _ = _off(x, y, a, b, distortion)
-    return x, y, ~(np.hypot(off_a, off_b) < MISSED)
+    missed = ~(np.hypot(off_a, off_b) < MISSED)  # there the search ends anywhere
+    return np.where(missed, first[0], x), np.where(missed, first[1], y), missed
 
 
 def radial(q: Array, distortion: Distortion) -> Array:

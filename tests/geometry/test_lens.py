@@ -47,6 +47,13 @@ def test_pixels_that_a_lens_does_not_reach_are_blind():
     assert camera((0.3,)).blind() is None
 
 
+def test_blind_pixels_do_not_look_into_the_middle_of_the_image():
+    """Of this published lens Newton's method ended anywhere: a corner's pixel was drawn what stands in the middle."""
+    seen = camera((0.102, -0.203, -0.0113, 0.0036, -0.111), 380.0)
+    assert seen.blind().mean() > 0.01
+    assert np.hypot(*seen.rays()[seen.blind()].T).min() > 0.8  # the lens turns back at 0.93
+
+
 def test_points_beyond_a_lens_do_not_come_back_into_its_image():
     seen = camera((-0.3,), 400.0)
     points = np.array([[1.0, 0.0, 1.0], [1.1, 0.0, 1.0], [0.0, -1.8, 1.0], [3.2, 0.1, 2.0]])

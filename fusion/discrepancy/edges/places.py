@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from fusion.discrepancy.decisions import DETECTED, FAR, NOISE_ALONE
 from fusion.discrepancy.edges.rims import BIN_PX, SIDES, Displaced, Rims
-from fusion.discrepancy.inference.camera_file import USUAL_PX
+from fusion.discrepancy.inference.camera_file import USUAL
 from fusion.sensor.sensor import Sensor
 
 Vector = NDArray[np.float64]
@@ -72,7 +72,7 @@ class EdgePlaces:
 
         What is stated of poses is often too small: their tails are those of a Cauchy distribution.
         """
-        out = np.full(self._common + 2 + len(self._shapes), USUAL_PX)
+        out = np.full(self._common + 2 + len(self._shapes), USUAL.cx)
         for k, rims in enumerate(self.rims):
             stage, focal = rims.patch.block.stage, rims.patch.view.camera.fx
             off = focal * np.hypot(stage.sigma_rad, stage.sigma_m / float(np.median(rims.depth)))

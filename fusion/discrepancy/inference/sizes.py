@@ -34,7 +34,7 @@ class Sizes:
     cost: float
 
 
-def sizes_of(white: Vector, parts: Sequence[Matrix], freedom: int) -> Sizes:
+def sizes_of(white: Vector, parts: Sequence[Matrix], freedom: int, unusual: Sequence[float] = ()) -> Sizes:
     """The likeliest sizes of the parts of a covariance; a part is there only where that is likelier by `SURE`.
 
     Parts join one by one, the most telling first, and all that have joined are sized together.
@@ -43,21 +43,23 @@ def sizes_of(white: Vector, parts: Sequence[Matrix], freedom: int) -> Sizes:
         white: (n,) in units of the noise, without what laws reach.
         parts: (n, k) columns whose products, times a variance, sum up to the covariance that a part adds to the noise.
         freedom: number of independent directions of `white`.
+        unusual: what a unit of each variance costs as it is unusual; nothing where none is given.
     """
-    total = float(white @ white)
+    total, priced = float(white @ white), np.array([*unusual] or np.zeros(len(parts)))
     best = Sizes(total / freedom, (), freedom * (np.log(total / freedom) + 1.0))
     reduced = {k: independent(part) for k, part in enumerate(parts) if np.any(part)}
-    alone = {k: _sized(white, [part], freedom, None) for k, part in reduced.items()}
+    alone = {k: _sized(white, [part], freedom, priced[[k]]) for k, part in reduced.items()}
     joined: list[int] = []
     for k in sorted(alone, key=lambda k: alone[k].cost):
         own = (*best.variances, alone[k].variances[0])
-        found = alone[k] if not joined else _sized(white, [reduced[i] for i in (*joined, k)], freedom, own)
+        both = [*joined, k]
+        found = alone[k] if not joined else _sized(white, [reduced[i] for i in both], freedom, priced[both], own)
         if best.cost - found.cost > SURE:
             joined, best = [*joined, k], found
     for k in joined[:-1]:  # what joined first may be what a later one explains better
         rest = [i for i in joined if i != k]
         own = tuple(v for i, v in zip(joined, best.variances, strict=True) if i != k)
-        found = _sized(white, [reduced[i] for i in rest], freedom, own if rest[1:] else None)
+        found = _sized(white, [reduced[i] for i in rest], freedom, priced[rest], own if rest[1:] else None)
         if found.cost - best.cost <= SURE:
             joined, best = rest, found
     variances = np.zeros(len(parts))
@@ -65,11 +67,14 @@ def sizes_of(white: Vector, parts: Sequence[Matrix], freedom: int) -> Sizes:
     return Sizes(best.noise, tuple(variances.tolist()), best.cost)
 
 
-def _sized(white: Vector, parts: Sequence[Matrix], freedom: int, start: Sequence[float] | None) -> Sizes:
+def _sized(
+    white: Vector, parts: Sequence[Matrix], freedom: int, priced: Vector, start: Sequence[float] | None = None
+) -> Sizes:
     """All parts and the noise, from starting variances on; of one part alone these are searched.
 
     Args:
         freedom: number of independent directions of `white`.
+        priced: (parts,) what a unit of each variance costs.
     """
     total = float(white @ white)
     columns = np.concatenate(parts, axis=1)
@@ -77,11 +82,13 @@ def _sized(white: Vector, parts: Sequence[Matrix], freedom: int, start: Sequence
     normal, moment = columns.T @ columns, columns.T @ white
 
     def cost(logarithms: Vector) -> float:
-        noise, size = float(np.exp(logarithms[0])), np.exp(0.5 * logarithms[1:])[place]
+        noise, variances = float(np.exp(logarithms[0])), np.exp(logarithms[1:])
+        size = np.sqrt(variances)[place]
         factor = cho_factor(noise * np.eye(len(place)) + normal * np.outer(size, size), check_finite=False)
         told = float(size * moment @ cho_solve(factor, size * moment, check_finite=False))
         logarithm = 2 * float(np.log(np.diag(factor[0])).sum())
-        return logarithm + (freedom - len(place)) * float(logarithms[0]) + (total - told) / noise
+        rest = logarithm + (freedom - len(place)) * float(logarithms[0]) + (total - told) / noise
+        return rest + float(priced @ variances)
 
     if start is None:
         power = np.diag(normal)  # the columns of one part are independent directions
@@ -92,7 +99,7 @@ def _sized(white: Vector, parts: Sequence[Matrix], freedom: int, start: Sequence
             noise, size = np.exp(np.maximum(logarithms, floor))
             both = noise + size * power
             rest = (freedom - len(power)) * np.log(noise) + max(total - float(each.sum()), 0.0) / noise
-            return float(rest + (np.log(both) + each / both).sum())
+            return float(rest + (np.log(both) + each / both).sum() + priced[0] * size)
 
         begins = [np.log([alone / (1 + t), alone * t / (1 + t) / float(np.median(power))]) for t in STARTS]
         found = minimize(quick, min(begins, key=quick), method="Nelder-Mead", options={"xatol": 0.01, "fatol": 0.01})

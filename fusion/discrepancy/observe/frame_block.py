@@ -1,6 +1,7 @@
 """A known scene seen for a stretch of time: what was measured there, and what stood before the camera."""
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,7 @@ from fusion.progress import each
 from fusion.recording.looking.copies import Prints, print_of
 from fusion.recording.native.scene_file import stated_scene
 from fusion.recording.recording import Recording
+from fusion.sensor.laws.surface import moved_beyond
 from fusion.sensor.moment import Moment
 from fusion.sensor.moments import moments_of
 from fusion.sensor.view import Image, View
@@ -74,6 +76,13 @@ class FrameBlock:
     @property
     def place(self) -> int:
         return self.stage.place
+
+    @cached_property
+    def moved_beyond(self) -> Image | float:
+        """(h, w) [m] what the likely error of the pose changes beyond its first order, whatever the sensor model."""
+        if not self.moved or self.view.depth is None:
+            return 0.0
+        return moved_beyond(self.view.depth, np.array(self.moved), self.view)
 
 
 def blocks_of(stage: KnownScene, channels: Channels) -> list[FrameBlock]:

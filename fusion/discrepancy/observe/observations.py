@@ -17,7 +17,6 @@ from fusion.discrepancy.observe.tiles import SIDE_PX, Tiling, tiling
 from fusion.geometry.pose import Array, angle, inverse
 from fusion.recording.ahead import side_by_side
 from fusion.sensor.effect import Effect
-from fusion.sensor.laws.surface import moved_beyond
 from fusion.sensor.parameter import parameters
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import Image, View
@@ -55,10 +54,7 @@ class Patch:
     @cached_property
     def residual(self) -> NDArray[np.float64]:
         """(n,) mean of measured less predicted, in native units; less what is not linear in the error of the pose."""
-        off = self.block.mean - self.predicted
-        if self.block.moved:
-            off = off - moved_beyond(self.depth, np.array(self.block.moved), self.view)
-        return self.tiles.mean(off * self.native)
+        return self.tiles.mean((self.block.mean - self.predicted - self.block.moved_beyond) * self.native)
 
     @property
     def depth(self) -> Image:

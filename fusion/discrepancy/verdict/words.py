@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 
+from fusion.discrepancy.inference.camera_file import FileError
 from fusion.discrepancy.observe.outliers import OutlyingRecording
 from fusion.discrepancy.observe.single_pixels import SinglePixel
 from fusion.discrepancy.verdict.claim import Claim
@@ -127,14 +128,12 @@ def _odds(claim: Claim) -> float:
 
 def _setting(nuisances: Nuisances) -> str:
     """How much worse than stated poses and targets are, as the end of a clause; empty where they are as stated."""
-    said = []
+    said, wrong = [], _wrong(nuisances.camera_file)
     if nuisances.pose_factor >= WORSE:
         times = f"{nuisances.pose_factor:.2g} times"
-        said.append(f"poses are about {times} worse than stated, or the camera file is wrong")
-    off = nuisances.camera_file
-    numbers = (("cx", off.cx, "px"), ("cy", off.cy, "px"), ("focal length", 100 * off.focal, "%"))
-    if wrong := [f"{name} by {by:+.1f} {unit}" for name, by, unit in numbers if round(by, 1)]:
-        said.append(f"the camera file seems wrong: {', '.join(wrong)}")
+        said.append(f"poses are about {times} worse than stated" + ("" if wrong else ", or the camera file is wrong"))
+    if wrong:
+        said.append(f"the camera file seems wrong: {wrong}")
     if nuisances.mesh_off_m > 0:
         scale = nuisances.mesh_scale
         size = f"{100 * abs(scale):.2g} % too {'small' if scale > 0 else 'large'}"
@@ -143,6 +142,17 @@ def _setting(nuisances: Nuisances) -> str:
     if nuisances.shape_rms_m > 0:
         said.append(f"targets leave their mesh by about {_mm(nuisances.shape_rms_m)}, though no tolerance is stated")
     return "".join(f", {one}" for one in said)
+
+
+def _wrong(off: FileError) -> str:
+    """What is wrong in a camera file, in px, shares and coefficients; nothing of what is none of their last digit."""
+    px = {"cx": off.cx, "cy": off.cy}
+    shares = {"focal length": off.focal, "fy / fx": off.aspect}
+    told = [f"{name} by {value:+.1f} px" for name, value in px.items() if round(value, 1)]
+    told += [f"{name} by {100 * value:+.1f} %" for name, value in shares.items() if round(value, 3)]
+    bends = {"k1": off.k1, "p1": off.p1, "p2": off.p2}
+    told += [f"{name} by {value:+.3f}" for name, value in bends.items() if round(value, 3)]
+    return ", ".join(told)
 
 
 def _outlying(outliers: Sequence[OutlyingRecording]) -> str:

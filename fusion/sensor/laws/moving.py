@@ -74,9 +74,10 @@ def found_again(true: Camera, view: View) -> Array:
     other rays for the same pixels another pose does that: a focal length 1 % too long puts all 1 % too far away.
     """
     T = np.eye(4)
-    points, seen = _spread_points(true, view)
+    points, pixels = _spread_points(view)
     if len(points) < LEAST:
         return T
+    seen = np.asarray(true.rays()[pixels], float)
     for _ in range(STEPS):
         at = transform(T, points)
         z = at[:, 2:]
@@ -88,16 +89,25 @@ def found_again(true: Camera, view: View) -> Array:
     return T
 
 
-def _spread_points(true: Camera, view: View) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Points (n, 3) [m] where the surface is stated, and the true rays (n, 2) of their pixels."""
+def motions_found(changes: NDArray[np.floating], view: View) -> NDArray[np.float64]:
+    """(6, k) the same as small motions [rad, m], for small changes (k, h, w, 2) of the rays x/z and y/z."""
+    points, (rows, columns) = _spread_points(view)
+    if len(points) < LEAST:
+        return np.zeros((6, len(changes)))
+    off = np.asarray(changes[:, rows, columns], float).reshape(len(changes), -1)
+    return np.asarray(np.linalg.lstsq(_jacobian(points), off.T, rcond=1e-9)[0])
+
+
+def _spread_points(view: View) -> tuple[NDArray[np.float64], tuple[NDArray[np.intp], NDArray[np.intp]]]:
+    """Points (n, 3) [m] where the surface is stated, and rows and columns (n,) of their pixels."""
     if view.depth is None:
-        return np.zeros((0, 3)), np.zeros((0, 2))
+        return np.zeros((0, 3)), (np.zeros(0, np.intp), np.zeros(0, np.intp))
     rows, columns = np.nonzero(np.isfinite(view.depth))
     some = np.linspace(0, len(rows) - 1, min(len(rows), POINTS)).astype(int)
     rows, columns = rows[some], columns[some]
     z = np.asarray(view.depth[rows, columns], float)
     rays = np.column_stack([view.camera.rays()[rows, columns], np.ones(len(z))])
-    return rays * z[:, None], np.asarray(true.rays()[rows, columns], float)
+    return rays * z[:, None], (rows, columns)
 
 
 def _jacobian(at: NDArray[np.float64]) -> NDArray[np.float64]:
