@@ -6,10 +6,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from made_up_walls import looks_at, sensor_of
+from scipy.ndimage import gaussian_filter
 
 from fusion.discrepancy.channels.noise import noise_steps
 from fusion.discrepancy.channels.scatter import filtered, scatter_of, stored_step
 from fusion.discrepancy.channels.succession import succession_of
+from fusion.discrepancy.observe.frames import likeness
 from fusion.discrepancy.observe.observations import observe
 from fusion.sensor.effects.light.ambient_light import AmbientLight
 from fusion.sensor.effects.phase.sensor_interference import SensorInterference
@@ -88,6 +90,23 @@ def test_frames_that_hold_the_one_before_are_told_from_less_noise():
     assert isinstance(step.effect, TemporalFiltering) and not more
     # three standard deviations and what the made-up noise leaves open
     assert step.effect.memory == pytest.approx(memory, abs=3 * step.std["memory"] + 0.01)
+
+
+@pytest.mark.parametrize("smoothed_px", [0.6, 0.7])
+def test_frames_smoothed_each_by_itself_hold_nothing_of_the_one_before(smoothed_px):
+    """Neighbours share their noise then, so there is less of it; successive frames are as independent as before."""
+    rng = np.random.default_rng(8)
+    blocks = []
+    for block in looks_at(sensor_of("itof"), 6):
+        noise = gaussian_filter(0.002 * rng.standard_normal((4, *block.mean.shape)), (0, smoothed_px, smoothed_px))
+        changes = np.diff(noise, axis=0)
+        alike = np.mean([likeness(change) for change in changes], axis=0)
+        new = 0.5 * (changes**2).mean(axis=0)
+        std = noise.std(axis=0, ddof=1)
+        blocks.append(replace(block, frames=(5, 6, 7, 8), std=std, succession=new, alike=alike))
+    # a sensor whose noise is known: no correction of it stands in for what the smoothing took away
+    known = replace(sensor_of("itof"), std={("axial_noise", "c0"): 0.0})
+    assert noise_steps(observe(known, blocks))[1] == ()
 
 
 def test_expected_scatter_of_filtered_frames():

@@ -67,6 +67,19 @@ def explains(best: Tried, before: TunedParameters) -> bool:
     return before.chi2 - best.turned.chi2 > EXPLAINED * excess
 
 
+def in_succession(one: Tried, before: TunedParameters, scatter: Scatter, whitener: Whitener) -> bool:
+    """False for a filter in time whose frames do not follow each other as it says.
+
+    Less noise alone is no filter in time: one that mixes neighbours makes it too, and leaves the frames independent.
+    """
+    if not any(np.any(param.renewal) for param in one.free):
+        return True
+    told, none = one.turned.renewal() - before.renewal(), np.zeros(len(scatter))
+    expected = whitener.white(scatter, none, none + told)
+    found = whitener.white(scatter, none, scatter.renewal - before.renewal())
+    return bool(expected @ found >= REPLICATED * (expected @ expected))
+
+
 def nearer(better: Sensor, scatter: Scatter) -> bool:
     """True when repeated frames scatter more as the better model says, predicted anew.
 

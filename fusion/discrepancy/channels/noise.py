@@ -13,6 +13,7 @@ from fusion.discrepancy.channels.judging import (
     confirmed,
     explains,
     improbable,
+    in_succession,
     large,
     nearer,
     probability,
@@ -88,6 +89,7 @@ def _step(
     for again in (False, True):
         nothing = turn(scatter, whitener, known, [k.value for k in known])
         tried = _all_tried(scatter, whitener, known, fresh, free, nothing.chi2)
+        tried = [one for one in tried if in_succession(one, nothing, scatter, whitener)]
         if not tried:
             return None
         best, names = max(tried, key=lambda one: one.score), len(tried)
