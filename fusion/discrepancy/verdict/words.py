@@ -145,13 +145,16 @@ def _setting(nuisances: Nuisances) -> str:
 
 
 def _wrong(off: FileError) -> str:
-    """What is wrong in a camera file, in px, shares and coefficients; nothing of what is none of their last digit."""
+    """What is wrong in a camera file, in px, shares and coefficients; nothing of what is none of their last digit.
+
+    That of a coefficient moves the rim of a usual image by about half a pixel.
+    """
     px = {"cx": off.cx, "cy": off.cy}
     shares = {"focal length": off.focal, "fy / fx": off.aspect}
     told = [f"{name} by {value:+.1f} px" for name, value in px.items() if round(value, 1)]
     told += [f"{name} by {100 * value:+.1f} %" for name, value in shares.items() if round(value, 3)]
-    bends = {"k1": off.k1, "p1": off.p1, "p2": off.p2}
-    told += [f"{name} by {value:+.3f}" for name, value in bends.items() if round(value, 3)]
+    bends = (("k1", off.k1, 2), ("p1", off.p1, 3), ("p2", off.p2, 3))
+    told += [f"{name} by {value:+.{digits}f}" for name, value, digits in bends if round(value, digits)]
     return ", ".join(told)
 
 
