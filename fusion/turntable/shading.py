@@ -3,8 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.turntable.tones import DARK, Image, brightness, contrast_of
+from fusion.turntable.tones import DARK, Image, brightness, contrasts_of
 
+SOME = 5000  # pixels that tell nine numbers
 FAR_OFF = 2.0  # standard deviations: print that is darker or brighter does not shift what light makes
 
 
@@ -23,7 +24,7 @@ def print_of(color: NDArray[np.uint8], normals: NDArray[np.float32], shown: NDAr
     if not seen.any():
         return lit
     even = np.where(seen, gray / np.where(seen, lit, 1) * gray[seen].mean(), 0).astype(np.float32)
-    with_light, print_ = contrast_of(gray, seen), contrast_of(even, seen)
+    with_light, print_ = contrasts_of([gray, even], seen)
     return print_ if np.nansum(print_**2) > np.nansum(with_light**2) / 2 else np.full_like(print_, np.nan)
 
 
@@ -42,19 +43,21 @@ def shading(gray: Image, normals: NDArray[np.float32], shown: NDArray[np.bool_])
     known = shown & np.isfinite(normals).all(axis=-1)
     if not known.any():
         return lit
-    basis, seen = _harmonics(normals[known].astype(float)), gray[known].astype(float)
-    left = seen - basis @ _fitted(basis, seen)
+    facing, seen = normals[known], gray[known]
+    some = slice(None, None, max(1, len(seen) // SOME))
+    basis, asked = _harmonics(facing[some].astype(float)), seen[some].astype(float)
+    left = asked - basis @ _fitted(basis, asked)
     usual = np.abs(left) <= FAR_OFF * np.sqrt(np.mean(left**2))
-    lit[known] = np.maximum(basis @ _fitted(basis[usual], seen[usual]), DARK)
+    lit[known] = np.maximum(_harmonics(facing) @ _fitted(basis[usual], asked[usual]).astype(np.float32), DARK)
     return lit
 
 
-def _fitted(basis: NDArray[np.float64], seen: NDArray[np.float64]) -> NDArray[np.float64]:
+def _fitted(basis: NDArray[np.floating], seen: NDArray[np.float64]) -> NDArray[np.float64]:
     """(9,) by the normal equations: planes show few normals, which leave some of them free."""
     return np.asarray(np.linalg.lstsq(basis.T @ basis, basis.T @ seen, rcond=1e-9)[0])
 
 
-def _harmonics(normals: NDArray[np.float64]) -> NDArray[np.float64]:
+def _harmonics(normals: NDArray[np.floating]) -> NDArray[np.floating]:
     """(m, 9) real harmonics up to the second order, but for their factors, of normals (m, 3)."""
     x, y, z = normals.T
     return np.column_stack([np.ones_like(x), x, y, z, x * y, y * z, x * z, x * x - y * y, 3 * z * z - 1])

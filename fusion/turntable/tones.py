@@ -1,5 +1,7 @@
 """What is printed on a surface, whatever light falls on it: contrast with the surroundings in the image."""
 
+from collections.abc import Sequence
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -26,17 +28,21 @@ def contrast(color: NDArray[np.uint8], shown: NDArray[np.bool_]) -> Image:
         color: (h, w, 3) RGB.
         shown: (h, w) the surface.
     """
-    return contrast_of(brightness(color), shown)
+    return contrasts_of([brightness(color)], shown)[0]
 
 
-def contrast_of(gray: Image, shown: NDArray[np.bool_]) -> Image:
-    """`contrast` of a brightness (h, w) [counts]."""
+def contrasts_of(grays: Sequence[Image], shown: NDArray[np.bool_]) -> list[Image]:
+    """`contrast` of each of some brightnesses (h, w) [counts] of one surface."""
     weight = shown.astype(np.float32)
+    fine, wide = (np.asarray(cv2.GaussianBlur(weight, (0, 0), sigma), np.float32) for sigma in (SOFT, AROUND))
+    known = shown & (wide > LEAST)
 
-    def mean(sigma: float) -> tuple[Image, Image]:
-        share = np.asarray(cv2.GaussianBlur(weight, (0, 0), sigma), np.float32)
+    def mean(gray: Image, share: Image, sigma: float) -> Image:
         total = np.asarray(cv2.GaussianBlur(gray * weight, (0, 0), sigma), np.float32)
-        return np.asarray(total / np.maximum(share, 1e-6), np.float32), share
+        return np.asarray(total / np.maximum(share, 1e-6), np.float32)
 
-    (fine, _), (wide, share) = mean(SOFT), mean(AROUND)
-    return np.where(shown & (share > LEAST), (fine - wide) / (wide + DARK), np.nan).astype(np.float32)
+    found = []
+    for gray in grays:
+        here, around = mean(gray, fine, SOFT), mean(gray, wide, AROUND)
+        found.append(np.where(known, (here - around) / (around + DARK), np.nan).astype(np.float32))
+    return found

@@ -53,9 +53,8 @@ def _of(metres: Vector) -> Size:
     if not acting.size:
         return Size(rms_m=0.0, peak_m=0.0)
     rms, most = float(np.sqrt(np.mean(acting**2))), float(np.percentile(acting, MOST))
-    return Size(
-        rms_m=rms, peak_m=most if most >= rms else float(acting.max())
-    )  # fewer than one in twenty are all of it
+    # fewer than one in twenty may be all of it
+    return Size(rms_m=rms, peak_m=most if most >= rms else float(acting.max()))
 
 
 def _noise(patches: Sequence[Patch], sensor: Sensor) -> float:
