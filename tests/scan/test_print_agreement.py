@@ -1,5 +1,6 @@
 """Print between frames that a motion lays on each other: right turns agree, slipped ones do not, none is none."""
 
+import warnings
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -179,6 +180,16 @@ def test_few_large_fields_tell_as_much_as_their_number_does():
     coarse = replace(AGREEING, alike=np.full(40, 0.88), own=np.full(40, 0.55), chance=np.full(40, 0.3))
     assert coarse.agree.all() and coarse.loose == 0
     assert not replace(coarse, alike=np.full(40, 0.7)).agree.any()
+
+
+@pytest.mark.parametrize("most", [1.0, 1 + 1e-9])
+def test_the_same_picture_twice_agrees_wholly(most):
+    """Rounding may leave a little more than 1; of frames made twice the inverse tangent has no end."""
+    same = replace(AGREEING, alike=np.full(40, most), own=np.full(40, most))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert same.agree.all() and not same.differ.any() and same.loose == 0
+        assert replace(same, alike=np.full(40, -most)).differ.all()
 
 
 def test_print_that_is_seen_slanted_does_not_differ():

@@ -20,6 +20,7 @@ from fusion.volume.prepared import Prepared
 
 Array = NDArray[np.float64]
 CHANCES = 3.0  # standard deviations: one pair of a thousand by chance
+MOST = 0.999  # correlation: more alike than that are a few places, whose inverse tangent has no end
 LEAST = 0.2  # correlation of a print with itself a little beside, from which there is print: noise leaves 0.1
 
 
@@ -37,12 +38,12 @@ class PrintAgreement:
     @property
     def agree(self) -> NDArray[np.bool_]:
         """(m,) pairs that show the same print beyond chance."""
-        return np.asarray(np.arctanh(self.alike) > CHANCES * self._doubt)
+        return np.asarray(_fisher(self.alike) > CHANCES * self._doubt)
 
     @property
     def differ(self) -> NDArray[np.bool_]:
         """(m,) pairs that do not, and less than print that lies a little off would, beyond chance."""
-        less = np.arctanh(self.own) - np.maximum(np.arctanh(self.alike), 0.0)
+        less = _fisher(self.own) - np.maximum(_fisher(self.alike), 0.0)
         return np.asarray(self._print & (less > CHANCES * self._doubt) & ~self.agree)
 
     @property
@@ -77,6 +78,11 @@ class PrintAgreement:
         chance = np.maximum(self.chance, np.median(known)) if len(known) else self.chance
         left = 1 - 2 * chance**2
         return np.asarray(np.where(left > 0, chance / np.sqrt(np.maximum(left, 1e-12)), np.inf))
+
+
+def _fisher(correlation: Array) -> Array:
+    """The same with a standard deviation that does not hang on it (Fisher 1921)."""
+    return np.asarray(np.arctanh(np.clip(correlation, -MOST, MOST)))
 
 
 def print_agreement(
