@@ -29,7 +29,8 @@ test: $(TOOLS)
 	$(BIN)/python -m pytest -m "not real and not slow" $(SPREAD)
 
 slow: $(TOOLS)
-	$(BIN)/python -m pytest -m "slow and not real" $(SLOW_SPREAD)
+	$(BIN)/python -m pytest -m "slow and not real and not alone" $(SLOW_SPREAD)
+	$(BIN)/python -m pytest -m "alone"
 
 real: $(TOOLS)
 	$(BIN)/python -m pytest -m real

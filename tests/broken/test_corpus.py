@@ -13,7 +13,7 @@ from broken import corpus
 from broken.case import Case
 from broken.judge import judged
 from broken.open import OPEN
-from broken.runner import Fresh, Server, forget, keep_kernels, run
+from broken.runner import Fresh, Server, forget, keep_kernels, run, serving
 
 WORKERS = min(4, os.cpu_count() or 1)
 
@@ -30,6 +30,10 @@ def servers(good_inputs: Path) -> Iterator[SimpleQueue[Server]]:
         server.close()
 
 
+def _whole_demo(case: Case) -> bool:
+    return case.name.endswith(": demo")
+
+
 def broken_rules(cases: Iterable[Case], servers: SimpleQueue[Server], place: Path) -> dict[str, list[str]]:
     """Names of the cases that break the rule, with what they break."""
     count = itertools.count()
@@ -42,15 +46,8 @@ def broken_rules(cases: Iterable[Case], servers: SimpleQueue[Server], place: Pat
             servers.put(server)
             forget(folder)
 
-    many, long = [], []
-    for case in cases:
-        (long if case.name.endswith(": demo") else many).append(case)
     with ThreadPoolExecutor(servers.qsize()) as pool:
-        found = list(pool.map(one, many))
-    # a whole demo takes half of a run's limit by itself, and all of it beside a run that shares its core
-    if long:
-        keep_kernels(place)
-        found += map(one, long)
+        found = list(pool.map(one, cases))
     return {name: wrong for name, wrong in found if wrong}
 
 
@@ -71,8 +68,21 @@ def test_quick_cases_keep_the_rule(theme, servers, tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize("theme", corpus.THEMES)
 def test_all_inputs_keep_the_rule(theme, servers, tmp_path):
-    cases = list(corpus.spread(corpus.cases((theme,))))
+    cases = [case for case in corpus.spread(corpus.cases((theme,))) if not _whole_demo(case)]
     held_against_open(broken_rules(cases, servers, tmp_path), {case.name for case in cases})
+
+
+@pytest.mark.slow
+@pytest.mark.alone
+def test_whole_demos_keep_the_rule(good_inputs, tmp_path):
+    """Most of a run's limit goes by in one that has a core to itself: one at a time, and beside no other test."""
+    cases = [case for case in corpus.spread(corpus.cases()) if _whole_demo(case)]
+    keep_kernels(tmp_path)
+    with serving() as server:
+        servers: SimpleQueue[Server] = SimpleQueue()
+        servers.put(server)
+        found = broken_rules(cases, servers, tmp_path)
+    held_against_open(found, {case.name for case in cases})
 
 
 @pytest.mark.slow
