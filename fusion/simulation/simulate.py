@@ -3,6 +3,7 @@
 import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import cast
 
 import numpy as np
@@ -12,6 +13,7 @@ from fusion.geometry.camera import Camera, Principle
 from fusion.geometry.pose import Array, exp, inverse, transform
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.mesh import Mesh
+from fusion.recording.ahead import ahead
 from fusion.recording.cameras.presets import PRESETS
 from fusion.recording.recording import Frame
 from fusion.sensor.effects.readout.lateral_noise import jump
@@ -76,27 +78,30 @@ class Simulation:
         return whole_mesh([p for p in self.scene.parts if p.scanned and (p.turns or not with_table)])
 
     def frames(self) -> Iterator[Frame]:
-        """The frames in their order, rendered one at a time."""
+        """The frames in their order, those to come rendered meanwhile."""
         exposures = Exposures(self.scene, self.sensor, self.camera, self.turned_deg)
-        previous: Image | None = None
-        placement = -1
-        for index in range(len(self)):
-            placement += index == 0 or not np.array_equal(self.truth.poses[index], self.truth.poses[index - 1])
+        moves = [not np.array_equal(before, after) for before, after in pairwise(self.truth.poses)]
+        placements = np.cumsum([0, *moves]).tolist()
+
+        def rendered(index: int) -> View:
             shake = np.random.default_rng([self.seed, SHAKE, index])
-            view = exposures.view(index, self.moment(index, placement, previous), shake)
-            frame = self._frame(index, view)
+            return exposures.view(index, self.moment(index, placements[index]), shake)
+
+        previous: Image | None = None
+        for index, seen in enumerate(ahead(rendered, range(len(self)))):
+            view = seen()
+            frame = self._frame(index, replace(view, moment=replace(view.moment, previous=previous)))
             previous = frame.depth
             yield frame
 
-    def moment(self, index: int, placement: int, previous: Image | None) -> Moment:
-        """The conditions of a frame; `placement` counts how often the scene was set up anew."""
+    def moment(self, index: int, placement: int) -> Moment:
+        """The conditions of a frame but for the one before; `placement` counts how often the scene was set up anew."""
         course, table = self.scene.course, self.scene.course.turntable
         time, T_camera_world = float(course.timestamps[index]), inverse(course.T_world_camera[index])
         moment = Moment(
             time=time,
             temperature=float(self.telemetry.get("temperature_c", np.full(len(self), np.nan))[index]),
             ambient=float(self.telemetry.get("ambient_lux", np.full(len(self), self.scene.ambient_lux))[index]),
-            previous=previous,
             unit=unit_seed(self.sensor, self.camera),
             placement=int(np.random.SeedSequence([self.seed, PLACEMENT, placement]).generate_state(1)[0]),
         )

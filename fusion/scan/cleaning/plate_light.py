@@ -79,12 +79,14 @@ def plate_light(
         longer = np.nan_to_num(Multipath(1.0).bias(view.depth, view))
         local = pose.transform(pose.inverse(T), mesh.vertices)
         cosine = -np.einsum("ij,ij->i", normals @ T[:3, :3], local) / np.linalg.norm(local, axis=1)
-        u, v = np.rint(np.clip(camera.project(local), -9, 99999)).astype(int).T
-        inside = (u >= 0) & (u < camera.width) & (v >= 0) & (v < camera.height) & (cosine > FACING)
-        at = np.flatnonzero(inside)
-        at = at[np.abs(view.depth[v[at], u[at]] - local[at, 2]) < SEEN]
+        towards = np.flatnonzero(cosine > FACING)  # to ask a lens where a point is seen is slow
+        u, v = np.rint(np.clip(camera.project(local[towards]), -9, 99999)).astype(int).T
+        inside = (u >= 0) & (u < camera.width) & (v >= 0) & (v < camera.height)
+        at, u, v = towards[inside], u[inside], v[inside]
+        near = np.abs(view.depth[v, u] - local[at, 2]) < SEEN
+        at, u, v = at[near], u[near], v[near]
         stretch = np.linalg.norm(local[at], axis=1) / local[at, 2]
-        return at, longer[v[at], u[at]] * stretch * cosine[at], cosine[at] ** 2
+        return at, longer[v, u] * stretch * cosine[at], cosine[at] ** 2
 
     some = np.unique(np.linspace(0, len(placed) - 1, FRAMES).round().astype(int))
     for shown in ahead(lit, some.tolist()):

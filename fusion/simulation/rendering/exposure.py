@@ -53,7 +53,8 @@ class Exposures:
             T_world_camera = T_world_camera @ inverse(exp(shaky.shake(rng)))
         twists = self._twists(course, index)
         key = b"".join(np.ascontiguousarray(a).tobytes() for a in (T_world_camera, T_world_object, *twists))
-        if self._last is None or self._last[0] != key:
+        last = self._last  # another thread may be at another frame
+        if last is None or last[0] != key:
             bodies = self._bodies(T_world_object, twists[0])
 
             def on_all(view: View) -> View:
@@ -63,8 +64,8 @@ class Exposures:
                 return view
 
             view = view_of(bodies, self._true, T_world_camera, self._channels(), twists[1], on_all)
-            self._last = (key, self._as_stated(view))
-        return replace(self._last[1], moment=moment)
+            self._last = last = (key, self._as_stated(view))
+        return replace(last[1], moment=moment)
 
     def depth(self, index: int, moment: Moment, camera: Camera) -> Image:
         """True planar z (h, w) [m] of another camera that stands where this one does; NaN where there is nothing."""
