@@ -46,6 +46,30 @@ def test_planes_are_told_from_ranges():
     assert found.severity == "error" and "along the ray" in found.do
 
 
+def figure(index, seed=0):
+    """A body as of a statue that turns, nothing around it: its nearest side bends by centimetres over its width."""
+    rng = np.random.default_rng(seed)
+    rays = np.dstack([CAMERA.rays(), np.ones(CAMERA.shape)]).astype(float)
+    best = np.full(CAMERA.shape, np.nan)
+    angle = 0.5 * index
+    turn = np.array([[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]])
+    for _ in range(5):  # ellipsoids, flat ones among them
+        middle, half = rng.uniform(-0.05, 0.05, 3) * [1, 3, 1], rng.uniform([0.03, 0.08, 0.02], [0.12, 0.18, 0.1])
+        to_unit = np.diag(1 / half) @ turn
+        o, v = to_unit @ -(np.array([0, 0, 0.9]) + turn.T @ middle), rays @ to_unit.T
+        a, b, c = (v * v).sum(-1), v @ o, o @ o - 1
+        under = b * b - a * c
+        with np.errstate(invalid="ignore"):
+            best = np.fmin(best, np.where(under > 0, (-b - np.sqrt(under)) / a, np.nan))
+    return best
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_what_is_nearly_flat_somewhere_is_not_judged(seed):
+    for ranges in (1.0, LENGTH):
+        assert told(lambda i, unit=ranges: figure(i, seed) * unit, 12).severity == "ok"
+
+
 @pytest.mark.parametrize(
     "shape", [cap, lambda i: ball(0.09), lambda i: ball(0.16), lambda i: ball(0.3, 0.6 + 0.02 * i)]
 )

@@ -19,6 +19,8 @@ TRIALS = 60
 # a plane bows by 0 or by 1, and lenses add some; what bows otherwise is curved itself (a ball of radius r at the
 # distance z by 1 + z / r): it says nothing
 PLAIN = 0.3
+# a saddle as large would turn one into the other: bent otherwise than a plane is by either, it is none
+BENT = 0.5
 # share of the valid pixels that a plane must hold to be asked
 LARGE = 0.15
 # standard deviation of s that a plane must reach to be asked
@@ -28,11 +30,17 @@ SEED = 1
 
 @dataclass(frozen=True)
 class Bow:
-    """`s` of one plane (0 planar z, 1 range), its standard deviation, and the plane's share of the valid pixels."""
+    """Of one plane: `s` (0 planar z, 1 range), its standard deviation, and what tells how far that holds.
+
+    Attributes:
+        share: of the valid pixels that lie on it.
+        saddle: how much it bends up one way and down the other, in the unit of `s`; of a true plane nothing.
+    """
 
     s: float
     std: float
     share: float
+    saddle: float
 
 
 def check_range_or_z(sample: Sample) -> list[Finding]:
@@ -41,7 +49,7 @@ def check_range_or_z(sample: Sample) -> list[Finding]:
     bows = [bow for bow in bows if bow.share > LARGE and bow.std < SURE]
     if not bows:
         return [Finding("range or z", "ok", "no plane large enough to tell planar z from range")]
-    planes = [bow for bow in bows if min(abs(bow.s), abs(bow.s - 1)) < PLAIN]
+    planes = [bow for bow in bows if min(abs(bow.s), abs(bow.s - 1)) < PLAIN and bow.saddle < BENT]
     if 2 * len(planes) <= len(bows):
         return [Finding("range or z", "ok", "the largest surfaces are curved: they cannot tell planar z from range")]
     s = float(np.median([bow.s for bow in planes]))
@@ -100,4 +108,14 @@ def _refined(rows: NDArray, d: NDArray, fit: NDArray) -> Bow | None:
             return None
         residual = A @ fit - b
         std = float(np.sqrt(np.linalg.pinv(A.T @ A)[3, 3] * (residual @ residual) / (len(b) - 4)))
-    return Bow(float(fit[3]), std, float(inside.mean()))
+    return Bow(float(fit[3]), std, float(inside.mean()), _saddle(rows, d, fit))
+
+
+def _saddle(rows: NDArray, d: NDArray, fit: NDArray) -> float:
+    """What pixels near a plane say of bends (x^2 - y^2) / 2 and x y, with all else free: a bow is (x^2 + y^2) / 2."""
+    x, y = rows[:, 0], rows[:, 1]
+    rows, fit = np.column_stack([rows, (x * x - y * y) / (2 * d), x * y / d]), np.append(fit, [0.0, 0.0])
+    for _ in range(8):
+        inside = np.abs(rows @ fit - 1 / d) * d < TOLERANCE
+        fit = np.linalg.lstsq(rows[inside], 1 / d[inside], rcond=None)[0]
+    return float(np.hypot(fit[4], fit[5]))
