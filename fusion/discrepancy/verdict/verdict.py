@@ -6,7 +6,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from fusion.discrepancy.compared import depth_per_native
-from fusion.discrepancy.decisions import NOISE_ALONE
+from fusion.discrepancy.decisions import DETECTED, NOISE_ALONE
 from fusion.discrepancy.explain import Explanation
 from fusion.discrepancy.inference.camera_file import file_error
 from fusion.discrepancy.inference.identifiability import visibilities
@@ -43,20 +43,23 @@ def verdict_of(found: Explanation) -> Verdict:
     named |= {claim.effect for claim in indicated}  # its size is told; a limit would deny it
     visible = visibilities(found.candidates, found.covariance)
     limits, invisible = limits_of(found, visible, named)
-    unexplained = unexplained_of(found)
+    unexplained, nuisances = unexplained_of(found), nuisances_of(found)
+    outliers = tuple(outliers_of(found.before))
+    # a limit is one beside a model that fits, and says nothing beside one that does not
+    fits = unexplained.chi2_per_dof <= NOISE_ALONE and nuisances.pose_factor < DETECTED
     verdict = Verdict(
         format=FORMAT,
-        nothing_missing=not missing and unexplained.chi2_per_dof <= NOISE_ALONE,
+        nothing_missing=not missing and fits and not any(outlier.empty for outlier in outliers),
         missing=tuple(missing),
         fit=fit_of(found),
         indicated=tuple(indicated),
-        limits=limits,
+        limits=limits if fits else (),
         invisible=invisible,
         identifiability=tuple(visible),
         would_show=tuple(plans.to_show(invisible)),
         unexplained=unexplained,
-        nuisances=nuisances_of(found),
-        outliers=tuple(outliers_of(found.before)),
+        nuisances=nuisances,
+        outliers=outliers,
         single_pixels=found.alone,
         repeats=tuple(map(tuple, repeats_of(found.blocks))),
         reference=reference_of(found.before, found.covariance, found.candidates),

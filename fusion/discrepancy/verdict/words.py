@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 
+from fusion.discrepancy.decisions import DETECTED
 from fusion.discrepancy.inference.camera_file import FileError
 from fusion.discrepancy.observe.outliers import OutlyingRecording
 from fusion.discrepancy.observe.single_pixels import SinglePixel
@@ -34,14 +35,19 @@ def sentence(verdict: Verdict) -> str:
         named = "; ".join(map(_named, missing))
         told = f"Missing in the {verdict.against}: {named} - {each}established, {chance(sure)}; {left}."
         return told + _or_its_own(verdict)
+    if verdict.nuisances.pose_factor >= DETECTED:
+        return f"The poses do not fit these recordings, and before they do no effect can be told: {left}."
     if likely:
         odds = max(_odds(claim) for claim in likely)
         told = "; ".join(map(_named, likely))
         suggested = f"Nothing is established; what these recordings suggest: {told} - likely, {chance(odds)}; {left}."
         return suggested + _or_its_own(verdict)
     looked, unseen = len(verdict.limits), len(verdict.invisible)
-    if verdict.unexplained.rms_m > 0:
-        return f"No effect that has a name is established: {left}; {looked} effects were looked for."
+    if verdict.unexplained.rms_m > 0 or not verdict.nothing_missing:
+        told = (
+            f"{looked} effects were looked for" if looked else "how large others could be is not known before that is"
+        )
+        return f"No effect that has a name is established: {left}; {told}."
     return (
         f"Nothing is missing: the {verdict.against} explains these recordings, {left}; "
         f"{looked} effects were looked for, {unseen} cannot be seen here."
@@ -159,11 +165,13 @@ def _wrong(off: FileError) -> str:
 
 
 def _outlying(outliers: Sequence[OutlyingRecording]) -> str:
-    """Recordings that show something that is not in their mesh, as the end of a clause."""
-    names = [outlier.recording for outlier in outliers]
-    more = f" and {len(names) - FOLLOWED} more" if len(names) > FOLLOWED else ""
-    told = f"{', '.join(names[:FOLLOWED])}{more}"
-    return f", something that is not in the mesh is left out of {told}" if names else ""
+    """Recordings that show something that is not in their mesh, or nothing at all, as the end of a clause."""
+    said = ""
+    for empty, text in ((False, "something that is not in the mesh is left out of"), (True, "nothing was measured in")):
+        names = [outlier.recording for outlier in outliers if outlier.empty == empty]
+        more = f" and {len(names) - FOLLOWED} more" if len(names) > FOLLOWED else ""
+        said += f", {text} {', '.join(names[:FOLLOWED])}{more}" if names else ""
+    return said
 
 
 def _alone(pixels: Sequence[SinglePixel]) -> str:

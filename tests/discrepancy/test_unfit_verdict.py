@@ -1,0 +1,62 @@
+"""What a verdict says where poses do not fit, nothing was measured, or the model leaves more than noise."""
+
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+from made_up_walls import HEIGHT, WIDTH, looks_at, sensor_of
+
+from fusion.discrepancy.explain import explained_looks
+from fusion.discrepancy.inference.tile_covariance import TileCovariance
+from fusion.discrepancy.verdict.verdict import verdict_of
+from fusion.sensor.effects.readout.depth_offset import DepthOffset
+
+LEAST = {"table": None, "reconstructed": False, "placed_by_images": False, "simulated": None, "twists": None}
+
+
+def found_in(blocks):
+    def staged(block):
+        recording = SimpleNamespace(path=Path(f"rec_{block.place}"), camera=SimpleNamespace(depth_scale=1e6))
+        more = {"sigma_m": 0.001, "sigma_rad": 0.001, "shape": f"wall {block.place}", "recording": recording}
+        return replace(block, stage=SimpleNamespace(**{**vars(block.stage), **LEAST, **more}))
+
+    return explained_looks([staged(block) for block in blocks], sensor_of("itof"))
+
+
+def told(blocks):
+    return verdict_of(found_in(blocks))
+
+
+def test_recordings_as_stated_lack_nothing_and_have_limits():
+    said = told(looks_at(sensor_of("itof"), 1))
+    assert said.nothing_missing and said.limits and said.headline.startswith("Nothing is missing")
+
+
+def test_poses_that_do_not_fit_are_what_is_told_first():
+    said = told(looks_at(sensor_of("itof"), 1, off=10.0))
+    assert said.headline.startswith("The poses do not fit") and not said.nothing_missing and not said.limits
+
+
+def test_an_effect_keeps_its_name_beside_poses_that_do_not_fit():
+    walls = [(0.8, 0, 0), (1.1, 35, 0), (1.4, -30, 15), (1.8, 10, -25), (2.3, 40, 5), (2.8, -15, 10)]
+    said = told(looks_at(sensor_of("itof", DepthOffset(offset=0.2)), 1, walls, off=6.0))
+    assert {claim.effect for claim in said.missing} == {"depth_offset"}
+
+
+def test_a_recording_in_which_nothing_was_measured_is_told():
+    blocks = looks_at(sensor_of("itof"), 1)
+    nothing = np.full((HEIGHT, WIDTH), np.nan)
+    blocks[3] = replace(blocks[3], mean=nothing, std=nothing, count=np.zeros((HEIGHT, WIDTH), np.int32))
+    said = told(blocks)
+    assert "nothing was measured in rec_3" in said.headline and not said.nothing_missing
+    assert [(one.recording, one.empty) for one in said.outliers] == [("rec_3", True)]
+
+
+def test_no_limit_is_told_beside_a_model_that_does_not_fit():
+    found = found_in(looks_at(sensor_of("itof"), 1))
+    known = found.covariance
+    half = TileCovariance(known.root / 2, known.free / 4, known.known / 2)
+    said = verdict_of(replace(found, covariance=half, white=2 * found.white))
+    assert said.unexplained.chi2_per_dof > 2 and not said.nothing_missing
+    assert not said.missing and not said.limits and "is not known before" in said.headline
