@@ -6,7 +6,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from fusion.discrepancy.compared import depth_per_native
-from fusion.discrepancy.decisions import DETECTED, NOISE_ALONE
+from fusion.discrepancy.decisions import NOISE_ALONE
 from fusion.discrepancy.explain import Explanation
 from fusion.discrepancy.inference.camera_file import file_error
 from fusion.discrepancy.inference.identifiability import visibilities
@@ -24,7 +24,7 @@ from fusion.discrepancy.verdict.mean_claim import mean_claim
 from fusion.discrepancy.verdict.record_next import planned_next
 from fusion.discrepancy.verdict.reference import reference_of
 from fusion.discrepancy.verdict.unknown_claim import unknown_claim
-from fusion.discrepancy.verdict.words import sentence
+from fusion.discrepancy.verdict.words import misplaced, sentence
 
 
 def verdict_of(found: Explanation) -> Verdict:
@@ -46,7 +46,7 @@ def verdict_of(found: Explanation) -> Verdict:
     unexplained, nuisances = unexplained_of(found), nuisances_of(found)
     outliers = tuple(outliers_of(found.before))
     # a limit is one beside a model that fits, and says nothing beside one that does not
-    fits = unexplained.chi2_per_dof <= NOISE_ALONE and nuisances.pose_factor < DETECTED
+    fits = unexplained.chi2_per_dof <= NOISE_ALONE and not misplaced(nuisances)
     verdict = Verdict(
         format=FORMAT,
         nothing_missing=not missing and fits and not any(outlier.empty for outlier in outliers),

@@ -35,7 +35,7 @@ def sentence(verdict: Verdict) -> str:
         named = "; ".join(map(_named, missing))
         told = f"Missing in the {verdict.against}: {named} - {each}established, {chance(sure)}; {left}."
         return told + _or_its_own(verdict)
-    if verdict.nuisances.pose_factor >= DETECTED:
+    if misplaced(verdict.nuisances):
         return f"The poses do not fit these recordings, and before they do no effect can be told: {left}."
     if likely:
         odds = max(_odds(claim) for claim in likely)
@@ -130,6 +130,11 @@ def _named(claim: Claim) -> str:
 
 def _odds(claim: Claim) -> float:
     return claim.evidence.false_alarm_probability
+
+
+def misplaced(nuisances: Nuisances) -> bool:
+    """True where poses do not fit what is seen from them, and no camera file that is wrong makes up for it."""
+    return nuisances.pose_factor >= DETECTED and not _wrong(nuisances.camera_file)
 
 
 def _setting(nuisances: Nuisances) -> str:
