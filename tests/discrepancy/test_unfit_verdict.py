@@ -10,6 +10,7 @@ from made_up_walls import HEIGHT, WIDTH, looks_at, sensor_of
 from fusion.discrepancy.explain import explained_looks
 from fusion.discrepancy.inference.tile_covariance import TileCovariance
 from fusion.discrepancy.verdict.verdict import verdict_of
+from fusion.discrepancy.verdict.words import what_it_is
 from fusion.sensor.effects.readout.depth_offset import DepthOffset
 
 LEAST = {"table": None, "reconstructed": False, "placed_by_images": False, "simulated": None, "twists": None}
@@ -60,3 +61,26 @@ def test_no_limit_is_told_beside_a_model_that_does_not_fit():
     said = verdict_of(replace(found, covariance=half, white=2 * found.white))
     assert said.unexplained.chi2_per_dof > 2 and not said.nothing_missing
     assert not said.missing and not said.limits and "is not known before" in said.headline
+
+
+def spotted(rows, columns):
+    """Walls with 20 mm too much in a part of the image."""
+    blocks = looks_at(sensor_of("itof"), 1)
+    for block in blocks:
+        block.mean[rows, columns] += 0.02
+    return blocks
+
+
+def test_a_spot_is_told_as_one_place_and_not_as_all_pixels():
+    said = told(spotted(slice(40, 46), slice(44, 50)))
+    (claim,) = said.missing
+    (u, v) = (next(b for b in claim.where.region if b.variable == name) for name in "uv")
+    assert u.low <= 44 and u.high >= 49 and u.high - u.low < 32 and v.low <= 40 and v.high >= 45 and v.high - v.low < 32
+    assert "in one place of the image" in said.headline and what_it_is(claim).startswith("in one place of the image")
+
+
+def test_a_pattern_of_the_whole_image_has_no_place():
+    own = np.kron(np.random.default_rng(4).normal(0, 0.003, (HEIGHT // 8, WIDTH // 8)), np.ones((8, 8)))
+    said = told([replace(block, mean=block.mean + own) for block in looks_at(sensor_of("itof"), 1)])
+    assert any(claim.effect == "fixed_pattern" and not claim.where.region for claim in said.missing)
+    assert "in one place" not in said.headline

@@ -71,7 +71,8 @@ def name_of(claim: Claim) -> str:
 def what_it_is(claim: Claim) -> str:
     """One sentence on what the effect of a claim is."""
     kind = IMPLEMENTED.get(claim.effect)
-    return (
+    spot = f"in{_spot(claim).removeprefix(' in')} only: " if _spot(claim) else ""
+    return spot + (
         in_words(kind).happens.rstrip(".")
         if kind
         else "an error that no known effect of such a camera makes, kept as a table"
@@ -125,7 +126,16 @@ def numbers_of(claim: Claim) -> Iterator[tuple[str, list[str]]]:
 
 def _named(claim: Claim) -> str:
     alike, size = [plain(name) for name in rivals_said(claim)], size_of(claim)
-    return name_of(claim) + (f" (or {', '.join(alike)})" if alike else "") + (f": {size}" if size else "")
+    rivals = f" (or {', '.join(alike)})" if alike else ""
+    return name_of(claim) + _spot(claim) + rivals + (f": {size}" if size else "")
+
+
+def _spot(claim: Claim) -> str:
+    """Where a claim is of one place in the image; empty where it is not."""
+    middle = {bound.variable: 0.5 * (bound.low + bound.high) for bound in claim.where.region}
+    if {*middle} != {"u", "v"}:
+        return ""
+    return f" in one place of the image, about pixel ({middle['u']:.0f}, {middle['v']:.0f})"
 
 
 def _odds(claim: Claim) -> float:
