@@ -23,8 +23,9 @@ from fusion.discrepancy.verdict.limits import limits_of
 from fusion.discrepancy.verdict.mean_claim import mean_claim
 from fusion.discrepancy.verdict.record_next import planned_next
 from fusion.discrepancy.verdict.reference import reference_of
+from fusion.discrepancy.verdict.setting_words import misplaced
 from fusion.discrepancy.verdict.unknown_claim import unknown_claim
-from fusion.discrepancy.verdict.words import misplaced, sentence
+from fusion.discrepancy.verdict.words import sentence
 
 
 def verdict_of(found: Explanation) -> Verdict:
