@@ -6,11 +6,12 @@ from types import SimpleNamespace
 
 import numpy as np
 from made_up_walls import HEIGHT, WIDTH, looks_at, sensor_of
+from msgspec import structs
 
 from fusion.discrepancy.explain import explained_looks
 from fusion.discrepancy.inference.tile_covariance import TileCovariance
 from fusion.discrepancy.verdict.verdict import verdict_of
-from fusion.discrepancy.verdict.words import what_it_is
+from fusion.discrepancy.verdict.words import sentence, what_it_is
 from fusion.sensor.effects.readout.depth_offset import DepthOffset
 
 LEAST = {"table": None, "reconstructed": False, "placed_by_images": False, "simulated": None, "twists": None}
@@ -37,6 +38,8 @@ def test_recordings_as_stated_lack_nothing_and_have_limits():
 def test_poses_that_do_not_fit_are_what_is_told_first():
     said = told(looks_at(sensor_of("itof"), 1, off=10.0))
     assert said.headline.startswith("The poses do not fit") and not said.nothing_missing and not said.limits
+    worse = structs.replace(said, unexplained=structs.replace(said.unexplained, rms_m=0.03, chi2_per_dof=30.0))
+    assert "poses do not fit" not in sentence(worse)  # they do not make it fit: something else is there
 
 
 def test_an_effect_keeps_its_name_beside_poses_that_do_not_fit():

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 
+from fusion.discrepancy.decisions import NOISE_ALONE
 from fusion.discrepancy.observe.outliers import OutlyingRecording
 from fusion.discrepancy.observe.single_pixels import SinglePixel
 from fusion.discrepancy.verdict.claim import Claim
@@ -32,7 +33,8 @@ def sentence(verdict: Verdict) -> str:
         named = "; ".join(map(_named, missing))
         told = f"Missing in the {verdict.against}: {named} - {each}established, {chance(sure)}; {left}."
         return told + _or_its_own(verdict)
-    if misplaced(verdict.nuisances):
+    # where poses do not make the rest noise, they may be all that could make up for a law
+    if misplaced(verdict.nuisances) and verdict.unexplained.chi2_per_dof <= NOISE_ALONE:
         return f"The poses do not fit these recordings, and before they do no effect can be told: {left}."
     if likely:
         odds = max(_odds(claim) for claim in likely)
