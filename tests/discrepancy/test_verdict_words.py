@@ -7,8 +7,9 @@ from fusion.commands.camera.explain import _row
 from fusion.discrepancy.inference.camera_file import FileError
 from fusion.discrepancy.observe.single_pixels import SinglePixel
 from fusion.discrepancy.verdict.content import Nuisances
+from fusion.discrepancy.verdict.setting_words import setting_words
 from fusion.discrepancy.verdict.sizes import _of
-from fusion.discrepancy.verdict.words import _alone, _setting
+from fusion.discrepancy.verdict.words import _alone
 
 
 @pytest.mark.parametrize("few", [0, 1, 4, 10, 40])
@@ -21,7 +22,7 @@ def test_typical_is_never_more_than_the_most(few):
 
 def settings(**off: float) -> str:
     wrong = FileError(**off)
-    return _setting(
+    return setting_words(
         Nuisances(pose_factor=1.0, shape_rms_m=0.0, mesh_scale=0.0, mesh_off_m=0.0, drift_rms_m=0.0, camera_file=wrong)
     )
 

@@ -15,6 +15,7 @@ from fusion.discrepancy.inference.covariance import drifting, grain, neighbours
 from fusion.discrepancy.inference.own_pattern import own_patterns
 from fusion.discrepancy.inference.rounding import rounding_covariance
 from fusion.discrepancy.inference.shapes import mesh_columns, shape_covariance
+from fusion.discrepancy.inference.surroundings import surroundings_columns
 from fusion.discrepancy.observe.observations import Observations, Patch
 from fusion.discrepancy.observe.placements import FLOOR_M
 from fusion.sensor.effect import Effect
@@ -87,6 +88,8 @@ def covariance_of(observations: Observations) -> TileCovariance:
         total += observations.loose.drift**2 * (drift @ drift.T)
     shaken = np.column_stack([np.zeros((n, 0)), *_shake_columns(observations)])
     total += shaken @ shaken.T
+    around = surroundings_columns(observations)
+    total[np.diag_indices(n)] += around[:, 1] ** 2  # of a filter that keeps edges some tiles show less
     free = total + noise
     known = np.column_stack([np.zeros((n, 0)), *_known(observations)])
     loose, none = observations.loose, np.zeros((n, 0))
@@ -94,7 +97,7 @@ def covariance_of(observations: Observations) -> TileCovariance:
     other = loose.camera * camera_columns(observations) if loose.camera else none
     patterns = own_patterns(observations)
     total += patterns
-    common = np.column_stack([*pose_columns(observations), wrong, other, known])
+    common = np.column_stack([*pose_columns(observations), wrong, other, known, around])
     total += common @ common.T
     # as far as tiles are off at all: of the tiles near a step as many change to the next as a law moves its edge
     law = float(np.mean(np.abs(observations.residual)))

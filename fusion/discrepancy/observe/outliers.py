@@ -22,10 +22,11 @@ RIM_PX = 5  # around it: mixed pixels, shadows, and light that it sends to its n
 
 @dataclass(frozen=True)
 class OutlyingRecording:
-    """A recording with something that is not in its mesh, and what is seen of that in a sentence."""
+    """A recording with something that is not in its mesh, or without depth, and what is seen of that in a sentence."""
 
     recording: str
     text: str
+    empty: bool = False  # no pixel of it has a depth
 
 
 def foreign(measured: Image, predicted: Image, depth: Image | None = None) -> NDArray[np.bool_]:
@@ -67,8 +68,10 @@ def passing(frame: Image, stays: Image) -> NDArray[np.bool_]:
 
 
 def outliers_of(observations: "Observations") -> list[OutlyingRecording]:
-    """Recordings with something that is not in their mesh."""
+    """Recordings with something that is not in their mesh, and those in which nothing was measured."""
     out: dict[str, str] = {}
+    measured = {patch.block.place for patch in observations.patches if patch.block.count.any()}
+    empty = {p.block.stage.recording.path.name for p in observations.patches if p.block.place not in measured}
     for patch in observations.patches:
         name = patch.block.stage.recording.path.name
         if patch.block.passed:
@@ -81,4 +84,5 @@ def outliers_of(observations: "Observations") -> list[OutlyingRecording]:
             text = f"something that the mesh does not have stands {abs(off):.2g} m {side} the scene in {share:.1%} of "
             text += f"the image, about pixel ({u}, {v}); left out"
             out.setdefault(name, text)
-    return [OutlyingRecording(name, text) for name, text in out.items()]
+    out |= dict.fromkeys(sorted(empty), "no pixel has a depth in any frame; nothing of it is compared")
+    return [OutlyingRecording(name, text, name in empty) for name, text in out.items()]

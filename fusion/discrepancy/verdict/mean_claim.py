@@ -13,6 +13,8 @@ from fusion.sensor.effect import Effect
 from fusion.sensor.parameter import parameters
 from fusion.sensor.where import Bound, inside
 
+NEARLY_ALL, SMALL = 0.9, 0.1  # of what a map changes, squared, and of the image: a spot, and no pattern of all pixels
+
 
 def mean_claim(steps: list[Step], found: Explanation, before: float) -> Claim:
     """An entry of the verdict for one name: all its waves together."""
@@ -41,7 +43,7 @@ def mean_claim(steps: list[Step], found: Explanation, before: float) -> Claim:
 
 
 def _where(variables: tuple[str, ...], step: Step, found: Explanation) -> Where:
-    bounds = step.candidate.where
+    bounds = step.candidate.where or _spot(step, found)
     recordings, frames = _seen_in(bounds, found)
     text = f"{step.effect.name}: {step.effect.formula}"
     return Where(
@@ -51,6 +53,23 @@ def _where(variables: tuple[str, ...], step: Step, found: Explanation) -> Where:
         frames=frames,
         text=f"{text}; only where {' and '.join(map(_said, bounds))}" if bounds else text,
     )
+
+
+def _spot(step: Step, found: Explanation) -> tuple[Bound, ...]:
+    """Where in the image a map says nearly all that it says, if that is a small part of it; nothing of other laws."""
+    if not step.candidate.form.map:
+        return ()
+    power = np.zeros(found.before.patches[0].depth.shape)
+    squares = (step.candidate.columns @ step.weights) ** 2
+    for rows, patch in found.before.rows():
+        power += np.append(squares[rows] / patch.tiles.pixels, 0.0)[patch.tiles.label]  # of -1: the last
+    order = np.argsort(power, axis=None)[::-1]
+    least = int(np.searchsorted(np.cumsum(power.flat[order]), NEARLY_ALL * power.sum())) + 1
+    bounds = []
+    for variable, at in zip("vu", np.unravel_index(order[:least], power.shape), strict=True):
+        bounds.append(Bound(variable, float(at.min()), float(at.max())))
+    area = np.prod([bound.high - bound.low + 1 for bound in bounds])
+    return tuple(bounds) if area <= SMALL * power.size else ()
 
 
 def _seen_in(bounds: tuple[Bound, ...], found: Explanation) -> tuple[tuple[str, ...] | None, tuple[int, int] | None]:

@@ -23,6 +23,7 @@ from fusion.discrepancy.verdict.limits import limits_of
 from fusion.discrepancy.verdict.mean_claim import mean_claim
 from fusion.discrepancy.verdict.record_next import planned_next
 from fusion.discrepancy.verdict.reference import reference_of
+from fusion.discrepancy.verdict.setting_words import misplaced
 from fusion.discrepancy.verdict.unknown_claim import unknown_claim
 from fusion.discrepancy.verdict.words import sentence
 
@@ -43,20 +44,23 @@ def verdict_of(found: Explanation) -> Verdict:
     named |= {claim.effect for claim in indicated}  # its size is told; a limit would deny it
     visible = visibilities(found.candidates, found.covariance)
     limits, invisible = limits_of(found, visible, named)
-    unexplained = unexplained_of(found)
+    unexplained, nuisances = unexplained_of(found), nuisances_of(found)
+    outliers = tuple(outliers_of(found.before))
+    # a limit is one beside a model that fits, and says nothing beside one that does not
+    fits = unexplained.chi2_per_dof <= NOISE_ALONE and not misplaced(nuisances)
     verdict = Verdict(
         format=FORMAT,
-        nothing_missing=not missing and unexplained.chi2_per_dof <= NOISE_ALONE,
+        nothing_missing=not missing and fits and not any(outlier.empty for outlier in outliers),
         missing=tuple(missing),
         fit=fit_of(found),
         indicated=tuple(indicated),
-        limits=limits,
+        limits=limits if fits else (),
         invisible=invisible,
         identifiability=tuple(visible),
         would_show=tuple(plans.to_show(invisible)),
         unexplained=unexplained,
-        nuisances=nuisances_of(found),
-        outliers=tuple(outliers_of(found.before)),
+        nuisances=nuisances,
+        outliers=outliers,
         single_pixels=found.alone,
         repeats=tuple(map(tuple, repeats_of(found.blocks))),
         reference=reference_of(found.before, found.covariance, found.candidates),

@@ -2,20 +2,19 @@
 
 from collections.abc import Iterator, Sequence
 
-from fusion.discrepancy.inference.camera_file import FileError
+from fusion.discrepancy.decisions import NOISE_ALONE
 from fusion.discrepancy.observe.outliers import OutlyingRecording
 from fusion.discrepancy.observe.single_pixels import SinglePixel
 from fusion.discrepancy.verdict.claim import Claim
-from fusion.discrepancy.verdict.content import SIMULATION, Nuisances, Unexplained, Verdict
+from fusion.discrepancy.verdict.content import SIMULATION, Unexplained, Verdict
+from fusion.discrepancy.verdict.setting_words import misplaced, mm, setting_words
 from fusion.sensor.catalogue import IMPLEMENTED
 from fusion.sensor.words.in_words import in_words, plain
 from fusion.sensor.words.quantity import shown
 
 CERTAIN = 1e-12  # noise is not known well enough to tell smaller probabilities apart
 AT_CHANCE = 0.1  # a probability from which on it is told as so many of 100
-WORSE = 1.5  # times the stated errors of poses, from which on a person wants to hear of it
 CALM = 0.5  # chi2 per tile below which residuals are too small to be true (guess)
-SIZED = 1e-3  # of a mesh: what is less is told as a place and not as a size
 FOLLOWED = 3  # recordings that are told by name
 AT_EDGES, LIGHT = "across depth edges", "how bright the scene is"
 ALL_OF = {
@@ -34,14 +33,20 @@ def sentence(verdict: Verdict) -> str:
         named = "; ".join(map(_named, missing))
         told = f"Missing in the {verdict.against}: {named} - {each}established, {chance(sure)}; {left}."
         return told + _or_its_own(verdict)
+    # where poses do not make the rest noise, they may be all that could make up for a law
+    if misplaced(verdict.nuisances) and verdict.unexplained.chi2_per_dof <= NOISE_ALONE:
+        return f"The poses do not fit these recordings, and before they do no effect can be told: {left}."
     if likely:
         odds = max(_odds(claim) for claim in likely)
         told = "; ".join(map(_named, likely))
         suggested = f"Nothing is established; what these recordings suggest: {told} - likely, {chance(odds)}; {left}."
         return suggested + _or_its_own(verdict)
     looked, unseen = len(verdict.limits), len(verdict.invisible)
-    if verdict.unexplained.rms_m > 0:
-        return f"No effect that has a name is established: {left}; {looked} effects were looked for."
+    if verdict.unexplained.rms_m > 0 or not verdict.nothing_missing:
+        told = (
+            f"{looked} effects were looked for" if looked else "how large others could be is not known before that is"
+        )
+        return f"No effect that has a name is established: {left}; {told}."
     return (
         f"Nothing is missing: the {verdict.against} explains these recordings, {left}; "
         f"{looked} effects were looked for, {unseen} cannot be seen here."
@@ -65,7 +70,8 @@ def name_of(claim: Claim) -> str:
 def what_it_is(claim: Claim) -> str:
     """One sentence on what the effect of a claim is."""
     kind = IMPLEMENTED.get(claim.effect)
-    return (
+    spot = f"in{_spot(claim).removeprefix(' in')} only: " if _spot(claim) else ""
+    return spot + (
         in_words(kind).happens.rstrip(".")
         if kind
         else "an error that no known effect of such a camera makes, kept as a table"
@@ -76,9 +82,9 @@ def size_of(claim: Claim) -> str:
     """How much a claim changes of what one sees; empty where nothing is known of it."""
     size = claim.size
     if size.rms_m is not None and size.peak_m is not None:
-        return f"typically {_mm(size.rms_m)}, up to {_mm(size.peak_m)}"
+        return f"typically {mm(size.rms_m)}, up to {mm(size.peak_m)}"
     if size.noise_after_m is not None and size.noise_before_m is not None:
-        return f"noise of {_mm(size.noise_after_m)} instead of {_mm(size.noise_before_m)}"
+        return f"noise of {mm(size.noise_after_m)} instead of {mm(size.noise_before_m)}"
     if size.missing_after is not None and size.missing_before is not None:
         return f"{100 * size.missing_after:.1f} % of the values missing instead of {100 * size.missing_before:.1f} %"
     return ""
@@ -119,51 +125,30 @@ def numbers_of(claim: Claim) -> Iterator[tuple[str, list[str]]]:
 
 def _named(claim: Claim) -> str:
     alike, size = [plain(name) for name in rivals_said(claim)], size_of(claim)
-    return name_of(claim) + (f" (or {', '.join(alike)})" if alike else "") + (f": {size}" if size else "")
+    rivals = f" (or {', '.join(alike)})" if alike else ""
+    return name_of(claim) + _spot(claim) + rivals + (f": {size}" if size else "")
+
+
+def _spot(claim: Claim) -> str:
+    """Where a claim is of one place in the image; empty where it is not."""
+    middle = {bound.variable: 0.5 * (bound.low + bound.high) for bound in claim.where.region}
+    if {*middle} != {"u", "v"}:
+        return ""
+    return f" in one place of the image, about pixel ({middle['u']:.0f}, {middle['v']:.0f})"
 
 
 def _odds(claim: Claim) -> float:
     return claim.evidence.false_alarm_probability
 
 
-def _setting(nuisances: Nuisances) -> str:
-    """How much worse than stated poses and targets are, as the end of a clause; empty where they are as stated."""
-    said, wrong = [], _wrong(nuisances.camera_file)
-    if nuisances.pose_factor >= WORSE:
-        times = f"{nuisances.pose_factor:.2g} times"
-        said.append(f"poses are about {times} worse than stated" + ("" if wrong else ", or the camera file is wrong"))
-    if wrong:
-        said.append(f"the camera file seems wrong: {wrong}")
-    if nuisances.mesh_off_m > 0:
-        scale = nuisances.mesh_scale
-        size = f"{100 * abs(scale):.2g} % too {'small' if scale > 0 else 'large'}"
-        how = size if abs(scale) > SIZED else "elsewhere than stated"
-        said.append(f"the mesh is {how}: surfaces are off by about {_mm(nuisances.mesh_off_m)}")
-    if nuisances.shape_rms_m > 0:
-        said.append(f"targets leave their mesh by about {_mm(nuisances.shape_rms_m)}, though no tolerance is stated")
-    return "".join(f", {one}" for one in said)
-
-
-def _wrong(off: FileError) -> str:
-    """What is wrong in a camera file, in px, shares and coefficients; nothing of what is none of their last digit.
-
-    That of a coefficient moves the rim of a usual image by about half a pixel.
-    """
-    px = {"cx": off.cx, "cy": off.cy}
-    shares = {"focal length": off.focal, "fy / fx": off.aspect}
-    told = [f"{name} by {value:+.1f} px" for name, value in px.items() if round(value, 1)]
-    told += [f"{name} by {100 * value:+.1f} %" for name, value in shares.items() if round(value, 3)]
-    bends = (("k1", off.k1, 2), ("p1", off.p1, 3), ("p2", off.p2, 3))
-    told += [f"{name} by {value:+.{digits}f}" for name, value, digits in bends if round(value, digits)]
-    return ", ".join(told)
-
-
 def _outlying(outliers: Sequence[OutlyingRecording]) -> str:
-    """Recordings that show something that is not in their mesh, as the end of a clause."""
-    names = [outlier.recording for outlier in outliers]
-    more = f" and {len(names) - FOLLOWED} more" if len(names) > FOLLOWED else ""
-    told = f"{', '.join(names[:FOLLOWED])}{more}"
-    return f", something that is not in the mesh is left out of {told}" if names else ""
+    """Recordings that show something that is not in their mesh, or nothing at all, as the end of a clause."""
+    said = ""
+    for empty, text in ((False, "something that is not in the mesh is left out of"), (True, "nothing was measured in")):
+        names = [outlier.recording for outlier in outliers if outlier.empty == empty]
+        more = f" and {len(names) - FOLLOWED} more" if len(names) > FOLLOWED else ""
+        said += f", {text} {', '.join(names[:FOLLOWED])}{more}" if names else ""
+    return said
 
 
 def _alone(pixels: Sequence[SinglePixel]) -> str:
@@ -178,7 +163,7 @@ def _alone(pixels: Sequence[SinglePixel]) -> str:
 
 def _left(verdict: Verdict) -> str:
     left = _unexplained(verdict.unexplained)
-    return left + _setting(verdict.nuisances) + _outlying(verdict.outliers) + _alone(verdict.single_pixels)
+    return left + setting_words(verdict.nuisances) + _outlying(verdict.outliers) + _alone(verdict.single_pixels)
 
 
 def _unexplained(left: Unexplained) -> str:
@@ -191,9 +176,5 @@ def _unexplained(left: Unexplained) -> str:
         return "what is left is noise"
     worst, every = left.recordings[:FOLLOWED], len(left.recordings)
     where = f", most in {', '.join(worst)}" if worst and every > len(worst) else f", in {', '.join(worst)}"
-    with_all = "" if left.suggested_rms_m is None else f" ({_mm(left.suggested_rms_m)} with all that is suggested)"
-    return f"{_mm(left.rms_m)} stay unexplained{with_all}{where if worst else ''}"
-
-
-def _mm(metres: float) -> str:
-    return f"{1e3 * metres:.2g} mm" if metres < 0.0995 else f"{1e3 * metres:.0f} mm"
+    with_all = "" if left.suggested_rms_m is None else f" ({mm(left.suggested_rms_m)} with all that is suggested)"
+    return f"{mm(left.rms_m)} stay unexplained{with_all}{where if worst else ''}"

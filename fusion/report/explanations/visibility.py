@@ -27,6 +27,8 @@ def limits_section(found: Explanation, verdict: Verdict) -> Section:
         rows.append([plain(entry.effect), entry.parameter, f"{upper} {unit}".strip(), depth])
     head = ["effect", "parameter", "smaller than", "changes depth by less than [mm]"]
     lead = "Looked for and not found. Each is smaller than this, 95 times out of 100."
+    if not verdict.limits:
+        lead = "How large others could be is not known: the model, or the poses, do not fit these recordings."
     return Section("What could still be there", lead, html=_folded(f"All {len(rows)} effects", head, rows))
 
 
