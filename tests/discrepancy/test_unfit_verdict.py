@@ -36,10 +36,15 @@ def test_recordings_as_stated_lack_nothing_and_have_limits():
 
 
 def test_poses_that_do_not_fit_are_what_is_told_first():
-    said = told(looks_at(sensor_of("itof"), 1, off=10.0))
+    said = told(looks_at(sensor_of("itof"), 1, off=40.0))
     assert said.headline.startswith("The poses do not fit") and not said.nothing_missing and not said.limits
     worse = structs.replace(said, unexplained=structs.replace(said.unexplained, rms_m=0.03, chi2_per_dof=30.0))
     assert "poses do not fit" not in sentence(worse)  # they do not make it fit: something else is there
+
+
+def test_poses_ten_times_worse_than_stated_are_told_and_nothing_is_missing():
+    said = told(looks_at(sensor_of("itof"), 1, off=10.0))
+    assert said.nothing_missing and said.limits and "times worse than stated" in said.headline
 
 
 def test_an_effect_keeps_its_name_beside_poses_that_do_not_fit():

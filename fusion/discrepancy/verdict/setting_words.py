@@ -1,6 +1,8 @@
 """The words of a setting: poses, camera file, mesh and targets that are worse than stated."""
 
-from fusion.discrepancy.decisions import DETECTED
+from math import log
+
+from fusion.discrepancy.decisions import SURE
 from fusion.discrepancy.inference.camera_file import FileError
 from fusion.discrepancy.verdict.content import Nuisances
 
@@ -9,8 +11,11 @@ SIZED = 1e-3  # of a mesh: what is less is told as a place and not as a size
 
 
 def misplaced(nuisances: Nuisances) -> bool:
-    """True where poses do not fit what is seen from them, and no camera file that is wrong makes up for it."""
-    return nuisances.pose_factor >= DETECTED and not _wrong(nuisances.camera_file)
+    """True where these are other poses: so much worse than stated (a factor of e is usual) that chance has it nowhere.
+
+    A camera file that is wrong may make up for it.
+    """
+    return log(nuisances.pose_factor) ** 2 >= SURE and not _wrong(nuisances.camera_file)
 
 
 def setting_words(nuisances: Nuisances) -> str:

@@ -32,6 +32,8 @@ def check_intrinsics(sample: Sample) -> list[Finding]:
         seen = f"fx = {camera.fx:.1f} and fy = {camera.fy:.1f} px: pixels far from square"
         findings.append(Finding("intrinsics", "warning", seen, "pass --camera with the right focal lengths"))
     if not findings:
-        seen = f"centre, pixels and a field of view of {degrees:.0f} deg are usual; turntable scans judge the focal length"
+        seen = (
+            f"centre, pixels and a field of view of {degrees:.0f} deg are usual; turntable scans judge the focal length"
+        )
         findings.append(Finding("intrinsics", "ok", seen))
     return findings
