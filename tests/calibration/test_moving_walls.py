@@ -29,6 +29,24 @@ def wall(k: int, place: float, motion: np.ndarray = STILL) -> Recording:
     return Recording(Path(f"w{k}"), "native", CAMERA, stamps, frames.__getitem__, telemetry=stated)
 
 
+def ordered(places: tuple[float, ...]) -> list[str]:
+    """What is said of walls at these places [m], recorded one after the other."""
+    found = calibrate_depth([wall(k, place) for k, place in enumerate(places)])
+    assert found.chosen > 0
+    return [text for _, text in found.notes if "warmed up" in text]
+
+
+def test_distances_in_the_order_of_time_are_told_to_hide_a_drift():
+    (up,), (down,) = ordered(PLACES), ordered(PLACES[::-1])
+    assert "each wall is farther than" in up and "the wall at 0.70 m again at the end" in up
+    assert "each wall is nearer than" in down and "the wall at 2.80 m again at the end" in down
+
+
+@pytest.mark.parametrize("places", [(*PLACES, PLACES[0]), (*PLACES[::2], *PLACES[1::2])])
+def test_a_distance_again_at_the_end_or_another_order_tells_a_drift(places):
+    assert not ordered(places)
+
+
 def told(recordings: list[Recording]) -> list[str]:
     """Recordings that are left out as they moved."""
     notes = [text for _, text in calibrate_depth(recordings).notes]
