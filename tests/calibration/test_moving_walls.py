@@ -1,4 +1,4 @@
-"""Walls of a camera that moves, or that is warmer at each, are told."""
+"""Walls of a camera that moves, or that is warmer at each, or whose distances are typed in millimetres, are told."""
 
 from pathlib import Path
 
@@ -6,9 +6,12 @@ import numpy as np
 import pytest
 
 from fusion.calibration.depth.calibration import calibrate_depth
+from fusion.calibration.depth.walls.wall import check_distances
 from fusion.errors import FusionError
 from fusion.geometry.camera import Camera
+from fusion.recording.open import open_recording
 from fusion.recording.recording import Frame, Recording
+from fusion.recording.writing.write import write_recording
 
 CAMERA = Camera(96, 72, 90.0, 90.0, 47.5, 35.5, depth_scale=10000, principle="itof", sensor="made up", serial="7")
 NOISE, FRAMES, OFFSET = 0.004, 12, 0.008  # [m]
@@ -27,6 +30,18 @@ def wall(k: int, place: float, motion: np.ndarray = STILL) -> Recording:
     stamps = np.array([frame.timestamp for frame in frames])
     stated = {"timestamp": stamps, "distance_m": np.full(len(stamps), place)}
     return Recording(Path(f"w{k}"), "native", CAMERA, stamps, frames.__getitem__, telemetry=stated)
+
+
+def test_distances_typed_in_millimetres_are_refused_and_one_that_is_not_possible_is_not(tmp_path):
+    def typed(name: str, factor: float, k: int = 0) -> Recording:
+        made = wall(k, 1.2)
+        stated = {"timestamp": made.timestamps, "distance_m": np.full(FRAMES, factor * 1.2)}
+        write_recording(tmp_path / name, CAMERA, [made[i] for i in range(FRAMES)], telemetry=stated)
+        return open_recording(tmp_path / name)
+
+    with pytest.raises(FusionError, match=r"no stated distance can be used.*millimetres.*expected metres"):
+        calibrate_depth([typed("a", 1000), typed("b", 1000, 1)])
+    check_distances([typed("c", 1000), typed("d", 1)])
 
 
 def ordered(places: tuple[float, ...]) -> list[str]:

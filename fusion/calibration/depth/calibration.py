@@ -33,7 +33,7 @@ from fusion.calibration.depth.visibility import TermVisibility, visibilities
 from fusion.calibration.depth.walls.board_walls import board_walls
 from fusion.calibration.depth.walls.lamp import ir_reference, ir_span, with_lamp
 from fusion.calibration.depth.walls.steady import that_stood_still
-from fusion.calibration.depth.walls.wall import Wall, read_walls
+from fusion.calibration.depth.walls.wall import Wall, check_distances, read_walls
 from fusion.calibration.lens.boards.board import Board
 from fusion.errors import FusionError
 from fusion.geometry.camera import Camera, Principle
@@ -137,6 +137,7 @@ def calibrate_depth(recordings: Sequence[Recording], settings: DepthSettings | N
     if not recordings:
         raise FusionError("no recording of a wall", found=0, expected="walls at five or more distances")
     refuse_repeated(recordings)
+    check_distances(recordings)
     begin = start(recordings, settings.camera, settings.sensor, settings.force)
     walls = [wall for recording in each(recordings, "reading") for wall in walls_of(recording, begin, settings)]
     if settings.board is None and settings.radial_limit is None:  # each of them leaves walls out as well

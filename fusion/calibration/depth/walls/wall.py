@@ -1,5 +1,6 @@
 """One recording of a wall, reduced frame by frame to means: depth, noise, light, distance."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -119,6 +120,15 @@ def frame_means(recording: Recording, frames: range) -> Means:
     time, means = np.array(rows).T
     shared = shared_noise(time, means, one)
     return Means(depth.frames, measured, std, ir.mean if ir.frames else None, unread, shared)
+
+
+def check_distances(recordings: Sequence[Recording]) -> None:
+    """Refuse recordings that state distances of which not one is possible. Raises FusionError."""
+    columns = [c for r in recordings if (c := r.telemetry_at_frames("distance_m")) is not None]
+    wrong = [text for r in recordings for text in r.warnings if "values of distance_m" in text]
+    if wrong and not any(np.isfinite(column).any() for column in columns):
+        what = "no stated distance can be used"
+        raise FusionError(what, found=wrong[0], expected="metres", do="correct distance_m, or take the column away")
 
 
 def read_walls(recording: Recording, camera: Camera, known: Sensor, distance_std: float) -> list[Wall]:
