@@ -79,6 +79,13 @@ def test_still_walls_are_all_taken():
     assert not told([wall(k, z) for k, z in enumerate(PLACES)])
 
 
+def test_somebody_who_walks_by_is_no_motion_of_the_wall():
+    walls = [wall(k, z) for k, z in enumerate(PLACES)]
+    for i in (4, 5, 6):
+        walls[3][i].depth[20:72, 30:70] = 0.8
+    assert not told(walls)
+
+
 def test_where_all_moved_nothing_is_calibrated():
     with pytest.raises(
         FusionError, match=r"moved in every recording.*w0: the depth drifts by \+(59|60)\..*a still scene"

@@ -22,7 +22,7 @@ from fusion.sensor.view import View, incidence_of
 
 FAR_OFF = 0.15  # share: a wall that is this far from the stated distance is another wall
 ASIDE = 0.4  # share by which a tilted wall's depth leaves that distance at the border: 40 degrees at 25 from the axis
-
+PASSES = 0.02  # of the depth: a centre that is off by more in a frame is somebody who walks by
 LEAST_STD = 1e-6  # [m] no wall's distance is known better, and weights stay finite
 
 
@@ -118,6 +118,8 @@ def frame_means(recording: Recording, frames: range) -> Means:
     std = depth.std
     one = float(np.nanmedian(std[centre])) if np.isfinite(std[centre]).any() else float("nan")
     time, means = np.array(rows).T
+    if np.isfinite(means).any() and np.isfinite(measured).any():
+        means[np.abs(means - np.nanmedian(means)) > PASSES * np.nanmedian(measured)] = np.nan
     shared = shared_noise(time, means, one)
     return Means(depth.frames, measured, std, ir.mean if ir.frames else None, unread, shared)
 
