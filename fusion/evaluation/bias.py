@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.evaluation.still.statistics import Still, centre_of
+from fusion.calibration.shared_noise import centre_of
+from fusion.evaluation.still.statistics import Still
 from fusion.evaluation.surface import WALL, ExpectedSurface
 from fusion.geometry.camera import Camera
 from fusion.geometry.robust import robust_std

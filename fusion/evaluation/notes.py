@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from fusion.calibration.shared_noise import FEWEST, LEAST_M
 from fusion.evaluation.bump import bump_of
-from fusion.evaluation.still.statistics import centre_of
 from fusion.evaluation.stretch_look import StretchLook
 from fusion.geometry.robust import robust_std
 from fusion.recording.checks.depth_values import implausible
@@ -14,10 +14,7 @@ from fusion.recording.readable import moving_notes, unread_text
 from fusion.recording.recording import Recording
 
 FEW = 20  # frames below which a standard deviation of a pixel is worth little
-JUMP, JUMP_M = 5.0, 0.002  # robust standard deviations, and metres, that make a frame stand out
-SHARED = 0.5  # of the noise of one pixel
-DRIFTS = 0.5  # of the variance of the whole centre: the rest, where a straight line takes as much out, is noise
-CHANGES = 3.0  # times the noise of one pixel: cameras whose frames jump as a whole do so by less (guess)
+JUMP = 5.0  # robust standard deviations that make a frame stand out
 FAR_OFF = 0.15  # share of the distance: what is that far from the stated one is another surface, or another unit
 MOVED = 0.02  # share of pixels and frames that move
 Note = tuple[str, str]  # "ok", "warning" or "bad", and a sentence
@@ -94,7 +91,7 @@ def _shared_noise(look: StretchLook) -> list[Note]:
     """Whole frames that jump, and noise that averaging over pixels does not remove."""
     centre, notes = look.still.centre, list[Note]()
     known = np.flatnonzero(np.isfinite(centre))
-    if len(known) < 6:
+    if len(known) < FEWEST:
         return notes
     # what passes through the centre is told by itself; its pixels leave it out, and their mean cannot
     moves = 2 * len(look.still.disturbed) > look.still.frames
@@ -105,44 +102,30 @@ def _shared_noise(look: StretchLook) -> list[Note]:
         return [("bad", f"{text}. Give the frames before or after it alone.")]
     spread = robust_std(centre[known] - np.median(centre[known]))
     off = np.abs(centre - np.nanmedian(centre))
-    jumps = known[off[known] > max(JUMP * spread, JUMP_M)]
+    jumps = known[off[known] > max(JUMP * spread, LEAST_M)]
     if len(jumps) and not moves:
         most = f"the most frame {int(np.nanargmax(off))}, by {np.nanmax(off) * 1e3:.1f} mm"
         count = "1 frame jumps" if len(jumps) == 1 else f"{len(jumps)} frames jump"
         notes.append(("warning", f"{count} as a whole, {most}."))
-    one = _noise_of_a_pixel(look)
+    shared = look.shared
     if changes(look):
+        together, one = (f"{std * 1e3:.1f} mm" for std in (shared.common, shared.one))
         text = (
-            f"the depth of the whole centre changes by {look.common * 1e3:.1f} mm from frame to frame, a pixel beside "
+            f"the depth of the whole centre changes by {together} from frame to frame, a pixel beside its neighbours "
         )
-        text += f"its neighbours by {one * 1e3:.1f} mm: camera or scene moved, and no number here is one of the camera"
+        text += f"by {one}: camera or scene moved, and no number here is one of the camera"
         notes.append(("bad", f"{text}; record a still scene."))
-    elif look.common > SHARED * one and not moves and not look.coarse:
-        text = f"{look.common * 1e3:.1f} of {one * 1e3:.1f} mm noise is shared by all pixels of the centre"
-        notes.append(("warning", f"{text}; averaging pixels does not remove it, {_over_frames(look)}."))
+    elif shared.told and not moves:
+        # averaging frames does nothing to what is one steady change
+        frames = f"nor does averaging frames, as {shared.drift_text}: record a still scene"
+        over = frames if shared.steady else "averaging frames does"
+        notes.append(("warning", f"{shared.text()}; averaging pixels does not remove it, {over}."))
     return notes
-
-
-def _over_frames(look: StretchLook) -> str:
-    """What averaging frames does to what all pixels share: nothing where that is one steady change."""
-    time, centre = look.still.time, look.still.centre
-    known = np.isfinite(centre)
-    slope, start = np.polyfit(time[known], centre[known], 1)
-    left = centre[known] - slope * time[known] - start
-    if np.var(left) > DRIFTS * np.var(centre[known]):
-        return "averaging frames does"
-    return f"nor does averaging frames, as the depth drifts by {slope * 1e3:+.1f} mm a second: record a still scene"
 
 
 def changes(look: StretchLook) -> bool:
     """Whether the whole centre goes up and down by far more than its pixels do by themselves: nothing stands still."""
-    return bool(look.common > max(CHANGES * _noise_of_a_pixel(look), JUMP_M))
-
-
-def _noise_of_a_pixel(look: StretchLook) -> float:
-    """Median standard deviation of the centre's pixels [m]; NaN where none is known."""
-    sigma = look.still.depth.std[centre_of(look.still.outliers.shape)]
-    return float(np.nanmedian(sigma)) if np.isfinite(sigma).any() else float("nan")
+    return look.shared.changes
 
 
 def _movement(look: StretchLook) -> str:

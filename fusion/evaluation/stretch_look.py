@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fusion.calibration.noise.target_noise import TargetNoise
+from fusion.calibration.shared_noise import COARSE, SharedNoise, centre_of, shared_noise
 from fusion.calibration.stretches import Stretch
 from fusion.evaluation.bias import Bias
 from fusion.evaluation.quantization import Quantization, coarseness
@@ -12,8 +13,6 @@ from fusion.evaluation.still.drift import Drift
 from fusion.evaluation.still.shares import StretchTiles
 from fusion.evaluation.still.statistics import Still
 from fusion.evaluation.surface import ExpectedSurface
-
-COARSE = 0.3  # of the gap between depths: above, the noise after rounding is nearly the same at all places (guess)
 
 
 @dataclass(frozen=True)
@@ -52,7 +51,13 @@ class StretchLook:
         return bool(own < COARSE * self.gap)
 
     @property
+    def shared(self) -> SharedNoise:
+        """What the pixels of the centre share from frame to frame."""
+        sigma = self.still.depth.std[centre_of(self.still.outliers.shape)]
+        one = float(np.nanmedian(sigma)) if np.isfinite(sigma).any() else float("nan")
+        return shared_noise(self.still.time, self.still.centre, one, self.coarse)
+
+    @property
     def common(self) -> float:
         """Standard deviation of the centre's mean from frame to frame [m]: noise that its pixels share."""
-        centre = self.still.centre[np.isfinite(self.still.centre)]
-        return float(centre.std(ddof=1)) if len(centre) > 2 else float("nan")
+        return self.shared.common

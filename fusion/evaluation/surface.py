@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 
 from fusion.calibration.depth.walls.plane import WallPlane, find_wall
 from fusion.calibration.noise.target import FlatTarget, find_target
+from fusion.calibration.shared_noise import centre_of
 from fusion.calibration.stretches import Stretch
 from fusion.errors import FusionError, SceneError
-from fusion.evaluation.still.statistics import StretchSample, centre_of
+from fusion.evaluation.still.statistics import StretchSample
 from fusion.geometry.camera import Camera
 from fusion.geometry.robust import MAD_TO_STD
 from fusion.mesh.files import read_mesh

@@ -512,6 +512,9 @@ def test_a_board_places_itself(tmp_path):
     larger = DepthSettings(board=replace(board, square_m=1.1 * board.square_m), surface=False)
     notes = calibrate_depth([open_recording(tmp_path / "board")], larger).notes
     assert any(level == "bad" and "0.92 times as far away" in text and "square_m" in text for level, text in notes)
+    smaller = DepthSettings(board=replace(board, square_m=0.8 * board.square_m), surface=False)
+    with pytest.raises(FusionError, match=r"squares measure (59|60|61)[.\d]* mm by depth, 48 mm in board.json"):
+        calibrate_depth([open_recording(tmp_path / "board")], smaller)
     with pytest.raises(FusionError, match="no picture shows the board"):
         calibrate_depth([open_recording(tmp_path / "board")], DepthSettings(board=Board(9, 8, 0.06)))
 

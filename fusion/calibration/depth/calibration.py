@@ -32,7 +32,8 @@ from fusion.calibration.depth.rays import told as told_of_rays
 from fusion.calibration.depth.visibility import TermVisibility, visibilities
 from fusion.calibration.depth.walls.board_walls import board_walls
 from fusion.calibration.depth.walls.lamp import ir_reference, ir_span, with_lamp
-from fusion.calibration.depth.walls.wall import Wall, read_walls
+from fusion.calibration.depth.walls.steady import that_stood_still
+from fusion.calibration.depth.walls.wall import Wall, check_distances, read_walls
 from fusion.calibration.lens.boards.board import Board
 from fusion.errors import FusionError
 from fusion.geometry.camera import Camera, Principle
@@ -136,6 +137,7 @@ def calibrate_depth(recordings: Sequence[Recording], settings: DepthSettings | N
     if not recordings:
         raise FusionError("no recording of a wall", found=0, expected="walls at five or more distances")
     refuse_repeated(recordings)
+    check_distances(recordings)
     begin = start(recordings, settings.camera, settings.sensor, settings.force)
     walls = [wall for recording in each(recordings, "reading") for wall in walls_of(recording, begin, settings)]
     if settings.board is None and settings.radial_limit is None:  # each of them leaves walls out as well
@@ -143,6 +145,8 @@ def calibrate_depth(recordings: Sequence[Recording], settings: DepthSettings | N
         begin = replace(begin, notes=(*begin.notes, *moving_notes(recordings, used)))
     if settings.board is not None and not any(any(wall.centre) for wall in walls):
         raise FusionError("no picture shows the board", found=f"{len(recordings)} recordings", do=CHECK_BOARD)
+    walls, moved = that_stood_still(walls)
+    begin = replace(begin, notes=(*begin.notes, *(("warning", text) for text in moved)))
     with stage("fitting"):
         return calibrate_walls(walls, begin, settings.surface)
 

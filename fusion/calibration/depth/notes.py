@@ -14,6 +14,7 @@ from fusion.calibration.depth.walls.wall import Wall
 from fusion.recording.checks.depth_values import implausible
 from fusion.recording.readable import unread_text
 
+ORDERED = 4  # walls: fewer go up or down by chance
 MOVED = 0.005  # [m] by what is mirrored: plainly more than a square scatters
 UNLIKELY = 0.01
 MISFIT = 9.0  # weighted square per tile: 0.3 where a law holds, 3.5 for boards whose size is not known
@@ -73,6 +74,8 @@ def notes_on(seen: list[TermVisibility], walls: list[Wall], judged: Chosen, fitt
         notes.append(("bad", text))
     if errors is not None and (text := of_one_distance(before, walls, errors)):
         notes.append(("warning", text))
+    if best is not before and (text := in_order_of_time(walls)):
+        notes.append(("warning", text))
     if len(walls) < 2:
         notes.append(("bad", "one wall only: nothing can be left out to judge a law, so none is written"))
     elif len(walls) < 5:
@@ -111,6 +114,25 @@ def of_one_distance(before: JudgedLaw, walls: list[Wall], left: AxisErrors) -> s
     text += f"walls between {places.min():.2f} and {places.max():.2f} m do not tell: the correction may leave "
     low, high = (f"{left.std[i] * 1e3:.1f} mm at {left.distance[i]:.2f} m" for i in (0, -1))
     return f"{text}{low}, {high} (one standard deviation); record walls nearer and farther"
+
+
+def in_order_of_time(walls: list[Wall]) -> str:
+    """A sentence where every wall is farther (or nearer) than the one before it, by their stamps; else nothing.
+
+    What the sensor creeps by as it warms up is then a law over distance. Stamps that begin anew in each recording do
+    not tell the order.
+    """
+    time = np.array([wall.moment.time for wall in walls])
+    order = np.argsort(time)
+    places = np.array([wall.depth_there for wall in walls])[order]
+    if len(walls) < ORDERED or not (np.diff(time[order]) > 0).all():
+        return ""
+    steps = np.diff(places)
+    if not ((steps > 0).all() or (steps < 0).all()):
+        return ""
+    text = "each wall is " + ("farther" if steps[0] > 0 else "nearer") + " than the one recorded before it, and none "
+    text += "was recorded again: what the camera drifted by while it warmed up looks like a law over distance; record "
+    return text + f"the wall at {places[0]:.2f} m again at the end"
 
 
 def wrong_squares(walls: list[Wall]) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 
 from fusion.calibration.lens.boards.board import Board
 from fusion.calibration.lens.boards.pictures import BoardPictures, find_pictures, thinned
-from fusion.calibration.lens.boards.search import Search, search
+from fusion.calibration.lens.boards.search import FEWEST, Search, search
 from fusion.calibration.lens.fit.alike import unlike
 from fusion.calibration.lens.fit.joint import board_shape, check_pitch
 from fusion.calibration.lens.fit.outliers import JudgedViews, judge
@@ -21,7 +21,7 @@ from fusion.calibration.lens.fit.terms import is_rational
 from fusion.calibration.lens.fit.usual import unusual
 from fusion.calibration.lens.pair import CameraPair, place_color
 from fusion.calibration.lens.uncertainty import ProjectionUncertainty, projection_uncertainty
-from fusion.calibration.lens.views import BoardView, covered
+from fusion.calibration.lens.views import BoardView, covered, different
 from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera
 from fusion.progress import stage
@@ -152,6 +152,7 @@ def fit_camera(views: Sequence[BoardView], size: tuple[int, int], settings: Lens
         RecordingError: too few views, contradicting ones, uneven squares, or a parameter that stays open.
     """
     settings = settings or LensSettings()
+    _check_different(views)
     judged, shape = _with_shape(views, views, size, settings)
     if shape.is_sure:  # a view is no outlier for what the board is in all of them
         judged, shape = _with_shape(views, [shape.on(view) for view in views], size, settings)
@@ -180,6 +181,15 @@ def _with_shape(
     kept = [named[view.name].only(np.isin(named[view.name].ids, view.ids)) for view in judged.views]
     shape, solution = board_shape(kept, judged.solution)
     return replace(judged, views=kept, solution=solution), shape
+
+
+def _check_different(views: Sequence[BoardView]) -> None:
+    """Refuse many pictures of a board that stood still. Raises RecordingError."""
+    count = len(different(views))
+    if len(views) >= FEWEST > count:
+        found = f"{len(views)} pictures of {'a single view' if count == 1 else f'{count} views'}"
+        expected = f"{FEWEST} views or more, better 20"
+        raise RecordingError("too few different views of the board", found=found, expected=expected, do=TILT)
 
 
 def _check_open(judged: JudgedViews, known: LensSpread) -> None:

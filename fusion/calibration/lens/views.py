@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 from fusion.calibration.lens.boards.board import Board
 from fusion.geometry.pose import Array
 
+STOOD = 0.01  # of a board's diagonal in the picture: one that shifts by less stood still, or nearly (guess)
+
 
 @dataclass(frozen=True)
 class BoardView:
@@ -38,6 +40,27 @@ def common(first: BoardView, second: BoardView) -> tuple[BoardView, BoardView]:
     """The corners that two views (of two cameras) share, in the same order."""
     _, one, two = np.intersect1d(first.ids, second.ids, return_indices=True)
     return first.only(one), second.only(two)
+
+
+def different(views: Sequence[BoardView]) -> list[BoardView]:
+    """Those that are no repetition of one before: the corners of a board that stood still shift by noise alone.
+
+    What a lens bends there, and where the detector puts a corner, is then the same in all, and no number of them
+    averages it out.
+    """
+    kept: list[BoardView] = []
+    for view in views:
+        if not any(_same(view, other) for other in kept):
+            kept.append(view)
+    return kept
+
+
+def _same(one: BoardView, other: BoardView) -> bool:
+    first, second = common(one, other)
+    if len(first) < 4:
+        return False
+    size = float(np.linalg.norm(np.ptp(first.pixels, axis=0)))
+    return bool(np.median(np.linalg.norm(first.pixels - second.pixels, axis=1)) < STOOD * size)
 
 
 def covered(views: Sequence[BoardView], size: tuple[int, int], cells: int = 8) -> float:

@@ -75,6 +75,8 @@ def read_poses(recordings: Sequence[Recording], camera: Camera, known: Sensor) -
                 poses.append(_pose(recording, part, name, camera, known, unread))
             except FusionError as error:
                 lost.append(FusionError(error.what, name, error.found, error.expected, error.do))
+            else:
+                notes += [f"{name}: {text}"] if (text := _swaying(poses[-1].seen)) else []
             notes += [f"{name}: {unread_text(unread)}"] if unread else []
     if not poses:
         if lost:
@@ -127,6 +129,15 @@ def _pose(recording: Recording, part: range, name: str, camera: Camera, known: S
     light = recording.telemetry_at_frames("ambient_lux")
     lux = float(np.mean(light[part.start : part.stop])) if light is not None else _stated_lux(recording)
     return pose_of(seen, name, camera, known, (amplitude, lux))
+
+
+def _swaying(seen: TargetNoise) -> str:
+    """What is said of a camera or target that moved, or of frames that jump as a whole; else nothing."""
+    if seen.shared is None or not seen.shared.told:
+        return ""
+    away = f", as the depth drifts by {seen.shared.slope * seen.shared.frames * 1e3:+.1f} mm" * seen.shared.steady
+    text = f"{seen.shared.text('the target')}{away}: a rig that moves does that"
+    return f"{text}, and the laws are without it; record a still scene"
 
 
 class _Depths:

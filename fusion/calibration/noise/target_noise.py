@@ -1,15 +1,16 @@
 """Noise and valid shares on a flat target, as Fankhauser 2015 measures them."""
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fusion.calibration.noise.edge import SeenEdge, edge_depth, nothing_behind, seen_edge, spread_with_error
-from fusion.calibration.noise.repeats import repeats_of
+from fusion.calibration.noise.repeats import Repeats, repeats_of
 from fusion.calibration.noise.target import FlatTarget, find_target, fit_plane
 from fusion.calibration.series import PixelSeries
+from fusion.calibration.shared_noise import COARSE, SharedNoise, middle_mean, shared_noise
 from fusion.errors import FusionError
 from fusion.geometry.camera import Camera
 
@@ -47,6 +48,8 @@ class TargetNoise:
     middle: tuple[NDArray[np.intp], ...] = ()  # rows and columns (n,) of the pixels that `axial` is of
     # of the left and the right edge [m]: those of a tilted target are nearer and farther than its middle
     edge_depth: tuple[float, float] = (float("nan"), float("nan"))
+    # what the middle's pixels and the edges' share from frame to frame; where it is told, no noise above holds it
+    shared: SharedNoise | None = None
 
 
 def measure_target(
@@ -80,10 +83,12 @@ def measure_target(
     look = _look(depths, found, plane, limit, -(-series.frames // MOST_FRAMES), where)
     v, u = (round(float(np.mean(indices))) for indices in where)
     at_edges = edge_depth(found, plane, 0), edge_depth(found, plane, 1)
-    lateral = [[z / camera.fx * x for x in _jitter(seen)] for z, seen in zip(at_edges, look.edges, strict=True)]
     stands = found if correct is None else fit_plane(correct(mean), camera, found)
     tilts = stands.tilt(camera)[middle]
-    repeats = repeats_of(look.values, tilts)
+    repeats, shared = _own_noise(look.values, tilts)
+    lateral = [
+        [z / camera.fx * x for x in _jitter(seen, shared.told)] for z, seen in zip(at_edges, look.edges, strict=True)
+    ]
     return TargetNoise(
         (v, u),
         float(plane[middle].mean()),
@@ -101,6 +106,7 @@ def measure_target(
         step=repeats.step,
         middle=where,
         edge_depth=at_edges,
+        shared=shared,
     )
 
 
@@ -154,10 +160,31 @@ def _look(
     return _Look((valid, no_data, outliers), edges, np.array(values))
 
 
-def _jitter(seen: list[SeenEdge]) -> tuple[float, float]:
-    """By how much an edge jitters [px], and how well that is known."""
+def _own_noise(values: Image, tilts: Image) -> tuple[Repeats, SharedNoise]:
+    """What values (frames, n) [m] do beside each other, and what they share from frame to frame.
+
+    The second is the rig's where it is much: a camera that sways or creeps before its target.
+    """
+    found = repeats_of(values, tilts)
+    known = np.isfinite(values).any(axis=0)
+    away = values[:, known] - np.nanmedian(values[:, known], axis=0)
+    means = np.array([middle_mean(row) for row in away])
+    shared = shared_noise(
+        np.arange(len(means), dtype=float), means, found.sigma, bool(found.sigma < COARSE * found.step)
+    )
+    if not shared.told:
+        return found, shared
+    own = repeats_of(values - np.nan_to_num(means)[:, None], tilts)
+    return replace(own, step=found.step), shared
+
+
+def _jitter(seen: list[SeenEdge], alone: bool) -> tuple[float, float]:
+    """By how much an edge jitters [px], and how well that is known; `alone`: without what all of its rows share."""
     known = [edge.holes for edge in seen if np.isfinite(edge.holes)]
     positions = np.array([edge.positions for edge in seen], float)
+    if alone:
+        usual = np.array([middle_mean(column) for column in positions.T])
+        positions = positions - np.nan_to_num([middle_mean(row) for row in positions - usual])[:, None]
     return spread_with_error(positions, float(np.mean(known)) if known else 0.0)
 
 

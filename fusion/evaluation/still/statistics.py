@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.calibration.series import PixelSeries
+from fusion.calibration.shared_noise import centre_of
 from fusion.calibration.stretches import Stretch
 from fusion.errors import FusionError, RecordingError
 from fusion.evaluation.still.reference import Reference, reference_of
@@ -20,7 +21,6 @@ from fusion.recording.recording import Frame
 
 KEPT = 32  # frames in memory, for the reference
 READERS = 2  # images are decoded outside Python's lock
-PATCH = 1 / 6  # of width and height: the centre whose mean tells the drift, Pagliari's 100 px of 640
 DISTURBED = 0.005  # share of the image that moves: more is a disturbed frame
 
 Image = NDArray[np.floating]
@@ -92,13 +92,6 @@ def _load(stretch: Stretch, index: int) -> Frame | RecordingError:
         return stretch.recording[index]
     except RecordingError as error:
         return error
-
-
-def centre_of(shape: tuple[int, int]) -> tuple[slice, slice]:
-    """The patch in the middle of an image (h, w)."""
-    h, w = (max(int(PATCH * side), 1) for side in shape)
-    v, u = (shape[0] - h) // 2, (shape[1] - w) // 2
-    return slice(v, v + h), slice(u, u + w)
 
 
 def measure_still(sample: StretchSample, expected: Image, pixel: tuple[int, int]) -> Still:

@@ -1,5 +1,6 @@
 """Corners in rendered pictures: where they truly are, in dim and speckled light, and not where there is no board."""
 
+import cv2
 import numpy as np
 import pytest
 from rendered_boards import SIZE, pattern, picture, poses, project
@@ -83,6 +84,13 @@ def test_huge_pictures_are_searched_small_and_refined_large():
 def test_the_largest_board_in_a_picture_is_counted():
     pose = np.array([0.2, -0.25, 0.1, -0.16, -0.1, 0.5])
     assert sorted(largest_board(picture(BOARD, pose)) or ()) == [6, 9]
+
+
+def test_no_board_is_counted_where_there_is_none():
+    rng = np.random.default_rng(0)
+    for blur in (1.5, 3.0, 5.0):  # in each of four or more a grid of four by three is found by OpenCV
+        rooms = [cv2.GaussianBlur(rng.normal(size=(240, 320)), (0, 0), blur) for _ in range(4)]
+        assert [largest_board(room - room.min()) for room in rooms] == [None] * 4
 
 
 def test_charuco_corners_are_found_even_when_half_is_hidden():

@@ -257,6 +257,18 @@ def test_a_charuco_board_that_is_not_in_the_pictures_is_one_line(tmp_path, capsy
     assert "check columns and rows (inner corners), dictionary and marker_m" in told
 
 
+def test_pictures_of_no_board_are_told_as_such(tmp_path, capsys):
+    (tmp_path / "pictures").mkdir()
+    rng = np.random.default_rng(0)
+    for k in range(4):
+        room = cv2.GaussianBlur(rng.normal(size=(240, 320)), (0, 0), 3.0)
+        cv2.imwrite(str(tmp_path / "pictures" / f"{k}_ir.png"), np.clip(600 * room + 128, 0, 255).astype(np.uint8))
+    arguments = ["--board", str(board_file(tmp_path)), "-o", str(tmp_path / "out")]
+    assert main(["calibrate", "intrinsics", str(tmp_path / "pictures"), *arguments]) == 1
+    told = capsys.readouterr().err
+    assert "no board is seen" in told and "0 of 4 pictures" in told and "another board" not in told
+
+
 def test_help_says_what_a_charuco_board_has(capsys):
     with pytest.raises(SystemExit):
         main(["calibrate", "intrinsics", "--help"])

@@ -31,6 +31,19 @@ def test_parameters_lie_within_their_standard_deviations():
     assert 0.3 < np.mean(np.square(z)) < 1.6
 
 
+def test_many_pictures_of_one_view_are_told_as_such():
+    rng, exact = np.random.default_rng(2), [project(BOARD.points(), pose) for pose in poses(3, 2)]
+
+    def still(of: list[np.ndarray], count: int) -> list:
+        return [view_of(f"{i}", of[i % len(of)] + rng.normal(0, 0.1, of[0].shape), BOARD) for i in range(count)]
+
+    with pytest.raises(FusionError, match=r"too few different views.*20 pictures of a single view"):
+        fit_camera(still(exact[:1], 20), SIZE)
+    with pytest.raises(FusionError, match=r"too few different views.*20 pictures of 2 views"):
+        fit_camera(still(exact[:2], 20), SIZE)
+    assert len(fit_camera(still(exact, 20), SIZE).judged.views) == 20
+
+
 def test_the_jacobian_is_the_derivative():
     view = views(1, 0.0)[0]
     pose = np.array([0.1, -0.2, 0.05, -0.1, -0.1, 0.9])

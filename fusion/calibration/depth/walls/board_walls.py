@@ -16,7 +16,7 @@ from fusion.calibration.lens.boards.charuco import find_charuco
 from fusion.calibration.lens.boards.detect import ATTEMPTS, DetectorTry, FoundCorners, find_checkerboard
 from fusion.calibration.lens.fit.solve import placed
 from fusion.calibration.lens.views import BoardView, view_of
-from fusion.errors import FusionError
+from fusion.errors import FusionError, RecordingError
 from fusion.geometry.camera import Camera, Principle
 from fusion.progress import each
 from fusion.recording.looking.sample import spread
@@ -34,14 +34,26 @@ Array = NDArray[np.floating]
 
 
 def board_walls(recording: Recording, camera: Camera, known: Sensor, board: Board) -> list[Wall]:
-    """One wall for each frame that shows the board in its IR (or colour) image; the others are left out."""
+    """One wall for each frame that shows the board in its IR (or colour) image; the others are left out.
+
+    Raises:
+        FusionError: depth says in most frames that the squares are of another size.
+    """
     walls: list[Wall] = []
+    elsewhere: list[float] = []  # depth over what the squares say
     if not _shows(recording, board):
         return walls
     for frame in each(recording, recording.path.name):
         name = f"{recording.path.name}/{frame.timestamp:.6f}"
         wall = _wall(frame, camera, known, board, name)
-        walls += [wall] if wall is not None else []
+        walls += [wall] if isinstance(wall, Wall) else []
+        elsewhere += [wall] if isinstance(wall, float) else []
+    if not walls and 2 * len(elsewhere) > len(recording):
+        by_depth = f"the board's squares measure {1e3 * board.square_m * np.median(elsewhere):.3g} mm by depth"
+        found = f"in {len(elsewhere)} of {len(recording)} pictures, as the middle one has it"
+        what = f"{by_depth}, {1e3 * board.square_m:.3g} mm in board.json"
+        do = "measure a square with a ruler, check square_m and the depth unit"
+        raise RecordingError(what, recording.path, found, "the same by both", do)
     return walls
 
 
@@ -80,7 +92,8 @@ def seen_board(frame: Frame, camera: Camera, board: Board) -> SeenBoard | None:
     return None if pose is None else SeenBoard(board, view, pose)
 
 
-def _wall(frame: Frame, camera: Camera, known: Sensor, board: Board, name: str) -> Wall | None:
+def _wall(frame: Frame, camera: Camera, known: Sensor, board: Board, name: str) -> Wall | float | None:
+    """The board as a wall; where depth has it elsewhere than its squares, its depth over theirs."""
     seen = seen_board(frame, camera, board)
     if seen is None:
         return None
@@ -94,10 +107,14 @@ def _wall(frame: Frame, camera: Camera, known: Sensor, board: Board, name: str) 
     centre, distance, deviation = centre_depth(view, pose, camera)
     ir = None if frame.ir is None else middle_of_nine(frame.ir)
     means = Means(1, depth, np.full(camera.shape, np.nan), ir)
+    moment = Moment(time=frame.timestamp)
     try:
-        wall = wall_of(means, camera, known, (name, distance, deviation), Moment(time=frame.timestamp), centre)
+        wall = wall_of(means, camera, known, (name, distance, deviation), moment, centre)
     except FusionError:  # a hand before the board, a reflection: one picture of many
-        return None
+        try:
+            return wall_of(means, camera, known, (name, float("nan"), deviation), moment, centre).depth_there / distance
+        except FusionError:
+            return None
     wall = wall if board.is_charuco else _in_squares(wall, patches(board, pose, camera), camera)
     if known.principle == Principle.TIME_OF_FLIGHT:
         wall = _with_gloss(wall, frame, camera, seen, known.frequencies or MODULATIONS_HZ)

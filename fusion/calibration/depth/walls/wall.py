@@ -1,5 +1,6 @@
 """One recording of a wall, reduced frame by frame to means: depth, noise, light, distance."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -7,6 +8,7 @@ from numpy.typing import NDArray
 
 from fusion.calibration.depth.walls.plane import LEAST_SHARE, WallPlane, find_wall
 from fusion.calibration.series import PixelSeries
+from fusion.calibration.shared_noise import SharedNoise, centre_of, middle_mean, shared_noise
 from fusion.calibration.stretches import Stretch, still_stretches
 from fusion.errors import FusionError, RecordingError
 from fusion.geometry.camera import Camera
@@ -20,7 +22,7 @@ from fusion.sensor.view import View, incidence_of
 
 FAR_OFF = 0.15  # share: a wall that is this far from the stated distance is another wall
 ASIDE = 0.4  # share by which a tilted wall's depth leaves that distance at the border: 40 degrees at 25 from the axis
-
+PASSES = 0.02  # of the depth: a centre that is off by more in a frame is somebody who walks by
 LEAST_STD = 1e-6  # [m] no wall's distance is known better, and weights stay finite
 
 
@@ -48,6 +50,7 @@ class Wall:
     # (h, w) change of the range [m] per unit of light that a board mirrors, or None; see `gloss.py`
     gloss: NDArray[np.floating] | None = None
     unread: dict[int, str] = field(default_factory=dict)  # index of each frame that could not be read: why
+    shared: SharedNoise | None = None  # what the centre's pixels share from frame to frame; None of a single picture
     placed: WallPlane | None = None  # where it stands by a law, if its distance was not measured; see `placed.py`
 
     @property
@@ -63,6 +66,11 @@ class Wall:
         if np.isfinite(self.distance):
             return self.distance
         return float(self.plane.distance / self.plane.inverse_at(*self.centre))
+
+    @property
+    def moved(self) -> bool:
+        """True when it swayed or crept while it was recorded, by more than its distance is known."""
+        return self.shared is not None and self.shared.moves(self.distance_std)
 
     @property
     def by_board(self) -> bool:
@@ -87,14 +95,19 @@ class Means:
     std: NDArray[np.floating]
     ir: NDArray[np.floating] | None
     unread: dict[int, str] = field(default_factory=dict)
+    shared: SharedNoise | None = None
 
 
 def frame_means(recording: Recording, frames: range) -> Means:
     """Per-pixel means of some frames, one in memory at a time. RecordingError when none can be read."""
     depth, ir = PixelSeries(recording.camera.shape), PixelSeries(recording.camera.shape)
     unread: dict[int, str] = {}
+    centre, rows = centre_of(recording.camera.shape), list[tuple[float, float]]()
+    first: NDArray[np.floating] | None = None
     for frame in readable(recording, each(frames, recording.path.name), unread):
         depth.add(frame.depth)
+        first = frame.depth[centre] if first is None else np.where(np.isfinite(first), first, frame.depth[centre])
+        rows.append((frame.timestamp, middle_mean(frame.depth[centre] - first)))
         if frame.ir is not None:
             ir.add(frame.ir.astype(float))
     if not depth.frames:
@@ -102,7 +115,22 @@ def frame_means(recording: Recording, frames: range) -> Means:
             recording[min(unread)]  # raises what is wrong with it
         raise RecordingError("the recording has no frames", recording.path, 0, "100 frames of a wall")
     measured = np.where(depth.valid > 0.5, depth.mean, np.nan)
-    return Means(depth.frames, measured, depth.std, ir.mean if ir.frames else None, unread)
+    std = depth.std
+    one = float(np.nanmedian(std[centre])) if np.isfinite(std[centre]).any() else float("nan")
+    time, means = np.array(rows).T
+    if np.isfinite(means).any() and np.isfinite(measured).any():
+        means[np.abs(means - np.nanmedian(means)) > PASSES * np.nanmedian(measured)] = np.nan
+    shared = shared_noise(time, means, one)
+    return Means(depth.frames, measured, std, ir.mean if ir.frames else None, unread, shared)
+
+
+def check_distances(recordings: Sequence[Recording]) -> None:
+    """Refuse recordings that state distances of which not one is possible. Raises FusionError."""
+    columns = [c for r in recordings if (c := r.telemetry_at_frames("distance_m")) is not None]
+    wrong = [text for r in recordings for text in r.warnings if "values of distance_m" in text]
+    if wrong and not any(np.isfinite(column).any() for column in columns):
+        what = "no stated distance can be used"
+        raise FusionError(what, found=wrong[0], expected="metres", do="correct distance_m, or take the column away")
 
 
 def read_walls(recording: Recording, camera: Camera, known: Sensor, distance_std: float) -> list[Wall]:
@@ -177,6 +205,7 @@ def wall_of(
         moment,
         centre,
         unread=means.unread,
+        shared=means.shared,
     )
 
 

@@ -130,9 +130,13 @@ def largest_board(image: NDArray) -> tuple[int, int] | None:
         picture = cv2.resize(grey, None, fx=scale, fy=scale, interpolation=how)
         flags = cv2.CALIB_CB_NORMALIZE_IMAGE | cv2.CALIB_CB_EXHAUSTIVE | cv2.CALIB_CB_LARGER
         try:
-            ok, _, meta = cv2.findChessboardCornersSBWithMeta(picture, (3, 3), flags=flags)
+            ok, corners, meta = cv2.findChessboardCornersSBWithMeta(picture, (3, 3), flags=flags)
         except cv2.error:
             return None
-        if ok and meta is not None and meta.size > 9:  # three by three is found in much that is no board
-            return int(meta.shape[1]), int(meta.shape[0])
+        if not ok or meta is None or meta.size <= 9:  # three by three is found in much that is no board
+            continue
+        board = Board(int(meta.shape[1]), int(meta.shape[0]), 1.0)
+        pixels = (corners.reshape(-1, 2).astype(float) + 0.5) / scale - 0.5
+        if not implausible(refined(image, pixels, board), board, grey.shape):  # four by three in many a room
+            return board.columns, board.rows
     return None

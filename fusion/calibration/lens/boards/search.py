@@ -82,7 +82,9 @@ def _hardly_seen(result: Search, board: Board) -> RecordingError:
         do += ", dictionary and marker_m"
     do += ", light and focus" if board.is_charuco else ", light and focus; the whole board must be in view"
     where = place_of(next(iter(result.pictures.values())))
-    return RecordingError("the board is hardly seen", where, found, f"{expected}, in {FEWEST} pictures or more", do)
+    # of other markers a ChArUco board may be in them all the same
+    what = "the board is hardly seen" if result.views or board.is_charuco else "no board is seen"
+    return RecordingError(what, where, found, f"{expected}, in {FEWEST} pictures or more", do)
 
 
 def _check_counts(result: Search, board: Board, final: bool = True) -> None:
