@@ -12,6 +12,7 @@ from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.drawing.shading import png
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.shape import shape_of
+from fusion.reconstruction.leap import leap_of
 from fusion.results.choices import ReconstructionChoices
 from fusion.results.course import Course, OffCourse
 from fusion.results.facts import ScanFacts, SureFacts, median_of, rms_of
@@ -97,9 +98,9 @@ class Reconstruction:
 def judge(result: Reconstruction) -> Judgement:
     """All lights of a reconstruction, the worst first."""
     lights = [frames_light(len(result.trajectory), result.rejected), _surface(result), *result.notes]
-    lights += [
-        light for light in (_fit(result), _directions(result), _drift(result), _course(result)) if light is not None
-    ]
+    leap = None if result.course is None else leap_of(result.trajectory, result.settings.truncation_m)
+    told = (_fit(result), leap, _directions(result), _drift(result), _course(result))
+    lights += [light for light in told if light is not None]
     return Judgement(worst_first(lights), result.footnotes)
 
 
@@ -165,7 +166,7 @@ def _surface(result: Reconstruction) -> Light:
 def _drift(result: Reconstruction) -> Light | None:
     """What is known of the drift: corrected where a place was seen again, else what is to be expected."""
     course = result.course
-    if course is None:
+    if course is None or result.facts.placed < 2:  # one frame cannot drift
         return None
     band = result.settings.truncation_m
     if course.met:

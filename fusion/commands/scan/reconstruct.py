@@ -220,13 +220,14 @@ def _lines(result: "Reconstruction") -> list[str]:
 
     facts = result.facts
     rms = facts.residual
+    unaligned = "nothing to align, one frame" if facts.placed < 2 else "poses as given"
     sure = "" if facts.sure is None else f"; sigma {sure_words(facts.sure)}"
     first = next(iter(result.rejected.items()), None)
     reason = "" if first is None else f"; frame {first[0]}: {first[1]}"
     return [
         *result.judgement.lines(),
         f"frames    {facts.placed} of {facts.frames} placed{reason}",
-        "residual  " + ("poses as given" if rms is None else f"{rms * 1e3:.2f} mm rms to the model") + sure,
+        "residual  " + (unaligned if rms is None else f"{rms * 1e3:.2f} mm rms to the model") + sure,
         *([] if facts.off_course is None else [f"error     {facts.off_course.words()}"]),
         _kind(result),
         f"mesh      {mesh_words(facts.shape)}, voxel {result.settings.voxel_m * 1e3:g} mm",
