@@ -19,6 +19,7 @@ from fusion.results.light import Light, level
 from fusion.sensor.words.in_words import plain
 from fusion.sensor.words.quantity import shown
 
+NO_LIMITS = "How large any effect could be is not known before the model and the poses fit these recordings."
 NOTHING = (
     "No effect passes the tests. That is no proof that there is none; the tables below say how large each could still "
     "be, and which ones these recordings cannot show."
@@ -62,7 +63,7 @@ def explanation_report(folder: Path, found: Explanation, verdict: Verdict) -> No
 def _summary(verdict: Verdict, seen: Compared) -> list[Light]:
     missing, likely = verdict.missing, verdict.indicated
     after = level(seen.misfit[1], CHI2)
-    open_ = "warning" if (missing or likely) and after == "ok" else after
+    open_ = "warning" if (likely or not verdict.nothing_missing) and after == "ok" else after
     lines = [Light(open_, "Verdict", verdict.headline)]
     judged = [*((claim, True) for claim in missing), *((claim, False) for claim in likely)]
     lines += [Light("warning", _title(claim), _told(claim, sure), _next(claim)) for claim, sure in judged]
@@ -72,7 +73,7 @@ def _summary(verdict: Verdict, seen: Compared) -> list[Light]:
     if verdict.reference is not None:
         lines.append(Light("warning", "Reference", plain(verdict.reference.text)))
     if not missing and not likely:
-        lines.append(Light("ok", "How sure", NOTHING))
+        lines.append(Light("ok", "How sure", NOTHING) if verdict.limits else Light("warning", "How sure", NO_LIMITS))
     return lines
 
 

@@ -26,10 +26,11 @@ def limits_section(found: Explanation, verdict: Verdict) -> Section:
         depth = f"{metres * 1e3:.2g}" if np.isfinite(metres) else ""
         rows.append([plain(entry.effect), entry.parameter, f"{upper} {unit}".strip(), depth])
     head = ["effect", "parameter", "smaller than", "changes depth by less than [mm]"]
+    title = "What could still be there"
+    if not rows:
+        return Section(title)
     lead = "Looked for and not found. Each is smaller than this, 95 times out of 100."
-    if not verdict.limits:
-        lead = "How large others could be is not known: the model, or the poses, do not fit these recordings."
-    return Section("What could still be there", lead, html=_folded(f"All {len(rows)} effects", head, rows))
+    return Section(title, lead, html=_folded(f"All {len(rows)} effects", head, rows))
 
 
 def advised(text: str) -> str:
