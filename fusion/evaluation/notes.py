@@ -108,7 +108,7 @@ def _shared_noise(look: StretchLook) -> list[Note]:
         count = "1 frame jumps" if len(jumps) == 1 else f"{len(jumps)} frames jump"
         notes.append(("warning", f"{count} as a whole, {most}."))
     shared = look.shared
-    if changes(look):
+    if look.shared.changes:
         together, one = (f"{std * 1e3:.1f} mm" for std in (shared.common, shared.one))
         text = (
             f"the depth of the whole centre changes by {together} from frame to frame, a pixel beside its neighbours "

@@ -220,7 +220,7 @@ def _lines(result: "Reconstruction") -> list[str]:
 
     facts = result.facts
     rms = facts.residual
-    unaligned = "nothing to align, one frame" if facts.placed < 2 else "poses as given"
+    unaligned = "poses as given" if result.settings.poses == "given" else "nothing to align, one frame"
     sure = "" if facts.sure is None else f"; sigma {sure_words(facts.sure)}"
     first = next(iter(result.rejected.items()), None)
     reason = "" if first is None else f"; frame {first[0]}: {first[1]}"
