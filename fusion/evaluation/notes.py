@@ -123,11 +123,6 @@ def _shared_noise(look: StretchLook) -> list[Note]:
     return notes
 
 
-def changes(look: StretchLook) -> bool:
-    """Whether the whole centre goes up and down by far more than its pixels do by themselves: nothing stands still."""
-    return look.shared.changes
-
-
 def _movement(look: StretchLook) -> str:
     still = look.still
     share = float(still.moving.mean())

@@ -7,7 +7,7 @@ from scipy.special import gammaincinv
 
 from fusion.calibration.noise.ambient import AmbientEstimate
 from fusion.evaluation.near_limit import NearLimit
-from fusion.evaluation.notes import Note, changes
+from fusion.evaluation.notes import Note
 from fusion.evaluation.quantization import Quantization
 from fusion.evaluation.still.shares import Shares
 from fusion.evaluation.stretch_look import StretchLook
@@ -44,7 +44,7 @@ def summary(found: Evaluation) -> str:
     looks = found.looks
     frames = sum(look.still.frames for look in looks)
     places = f"{len(looks)} views, " if len(looks) > 1 else ""
-    unsteady = sum(look.still.frames for look in looks if changes(look) or _between_moves(look))
+    unsteady = sum(look.still.frames for look in looks if look.shared.changes or _between_moves(look))
     if frames > STILL and unsteady > frames / 2:
         return f"{places}{frames} frames: nothing stands still, so nothing is told about the camera."
     parts = [part for part in (_offset(found), _noise(found), _valid(found)) if part]

@@ -3,6 +3,7 @@
 import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 from typing import cast
 
@@ -80,12 +81,10 @@ class Simulation:
     def frames(self) -> Iterator[Frame]:
         """The frames in their order, those to come rendered meanwhile."""
         exposures = Exposures(self.scene, self.sensor, self.camera, self.turned_deg)
-        moves = [not np.array_equal(before, after) for before, after in pairwise(self.truth.poses)]
-        placements = np.cumsum([0, *moves]).tolist()
 
         def rendered(index: int) -> View:
             shake = np.random.default_rng([self.seed, SHAKE, index])
-            return exposures.view(index, self.moment(index, placements[index]), shake)
+            return exposures.view(index, self.moment(index), shake)
 
         previous: Image | None = None
         for index, seen in enumerate(ahead(rendered, range(len(self)))):
@@ -94,8 +93,14 @@ class Simulation:
             previous = frame.depth
             yield frame
 
-    def moment(self, index: int, placement: int) -> Moment:
-        """The conditions of a frame but for the one before; `placement` counts how often the scene was set up anew."""
+    @cached_property
+    def placements(self) -> list[int]:
+        """(n) how often the scene was set up anew before each frame."""
+        moves = [not np.array_equal(before, after) for before, after in pairwise(self.truth.poses)]
+        return np.cumsum([0, *moves]).tolist()
+
+    def moment(self, index: int) -> Moment:
+        """The conditions of a frame but for what the one before it showed."""
         course, table = self.scene.course, self.scene.course.turntable
         time, T_camera_world = float(course.timestamps[index]), inverse(course.T_world_camera[index])
         moment = Moment(
@@ -103,7 +108,7 @@ class Simulation:
             temperature=float(self.telemetry.get("temperature_c", np.full(len(self), np.nan))[index]),
             ambient=float(self.telemetry.get("ambient_lux", np.full(len(self), self.scene.ambient_lux))[index]),
             unit=unit_seed(self.sensor, self.camera),
-            placement=int(np.random.SeedSequence([self.seed, PLACEMENT, placement]).generate_state(1)[0]),
+            placement=int(np.random.SeedSequence([self.seed, PLACEMENT, self.placements[index]]).generate_state(1)[0]),
         )
         if table is None:
             return moment

@@ -10,7 +10,6 @@ from made_stills import CAMERA, NOISE, frames, recording, stated, wall
 from fusion.evaluation.bump import bump_of
 from fusion.evaluation.evaluate import EvaluationSettings, evaluate
 from fusion.evaluation.near_limit import SurfaceSeen, near_limits
-from fusion.evaluation.notes import changes
 from fusion.evaluation.numbers import numbers
 from fusion.evaluation.summary import summary
 from fusion.files.json_values import json_text
@@ -97,9 +96,9 @@ def test_a_wrong_unit_and_a_wrong_distance_are_grave_notes():
 
 def test_a_centre_that_goes_up_and_down_is_no_noise_of_the_camera():
     still = evaluate([recording(frames(20, 1.2))]).looks[0]
-    assert not changes(still)
+    assert not still.shared.changes
     swayed = still.still.centre + 0.066 * (-1.0) ** np.arange(20)  # what a box did that a hand turned
-    assert changes(replace(still, still=replace(still.still, centre=swayed)))
+    assert replace(still, still=replace(still.still, centre=swayed)).shared.changes
 
 
 def test_where_all_moves_nothing_is_told_about_the_camera():

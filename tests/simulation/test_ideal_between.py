@@ -44,7 +44,7 @@ def test_a_sensor_makes_of_it_what_the_own_simulator_makes(name, word):
 def test_the_finer_the_images_the_nearer_the_edges():
     made = seen("target", "kinect-v1")
     exposures = Exposures(made.scene, made.sensor, made.camera, made.turned_deg)
-    true = exposures.view(0, made.moment(0, 0), np.random.default_rng(0)).edges.distance
+    true = exposures.view(0, made.moment(0), np.random.default_rng(0)).edges.distance
     off = []
     for finer in (4, 16, 64):
         camera = stated_by(made.camera, made.sensor)
@@ -78,7 +78,7 @@ def test_depth_between_pixels_that_does_not_fit_is_refused(rows, columns, word):
 def test_light_across_an_edge_is_that_of_the_print():
     made = seen("checkerboard", "kinect-v2-indoors")
     exposures = Exposures(made.scene, made.sensor, made.camera, made.turned_deg)
-    view = exposures.view(0, made.moment(0, 0), np.random.default_rng(0))
+    view = exposures.view(0, made.moment(0), np.random.default_rng(0))
     with np.errstate(all="ignore"):
         light = view.reflectance * np.cos(view.incidence) / (view.depth * view.stretch) ** 2
     edges = view.edges

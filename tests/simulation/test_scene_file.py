@@ -136,7 +136,7 @@ def test_telemetry_reaches_the_frames(folder):
     (folder / "log.csv").write_text("timestamp,temperature_c\n9,20\n11,30\n")
     simulation = simulate(read_scene(scene(folder, telemetry="log.csv")), Sensor())
     assert np.allclose(simulation.telemetry["temperature_c"], 25 + 5 * np.arange(4) / 30, atol=1e-4)
-    assert simulation.moment(1, 0).temperature == pytest.approx(25.17, abs=0.01)
+    assert simulation.moment(1).temperature == pytest.approx(25.17, abs=0.01)
 
 
 BROKEN = [

@@ -67,7 +67,7 @@ def test_errors_of_the_rig_move_the_surface_itself():
     effect = TurntableEccentricity(offset=0.02, phase=0.4)
     simulation = simulate(scene, Sensor(effects=(effect,)))
     for index, frame in enumerate(simulation.frames()):
-        motion = effect.motion(simulation.moment(index, 0))
+        motion = effect.motion(simulation.moment(index))
         moved = table.T_world_object(simulation.turned_deg)[index]
         if motion is not None:  # the camera's frame is the world's
             moved = pose(np.eye(3), motion[3:]) @ moved
@@ -95,7 +95,7 @@ def test_what_moves_has_its_velocity():
     scene = Scene("block", (Part(BLOCK, turns=True), Part(box((-2, -2, 2), (2, 2, 2.1), (90, 90, 90)))), course, CAMERA)
     simulation = simulate(scene, Sensor())
     view = Exposures(scene, simulation.sensor, CAMERA, simulation.turned_deg).view(
-        2, simulation.moment(2, 0), np.random.default_rng(0)
+        2, simulation.moment(2), np.random.default_rng(0)
     )
     points = CAMERA.points(view.depth)
     spin = np.array([0.0, -1.0, 0.0]) * np.deg2rad(30.0)

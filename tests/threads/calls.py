@@ -152,7 +152,7 @@ def scenes(given: Inputs, out: Path) -> Any:
     scene = fusion.read_scene(given.place("wall_0") / "scene.json")
     made = fusion.simulate(scene, given.sensor, given.seed)
     fusion.write_simulation(out / "made", made)
-    return [*made.frames()], made.mesh, made.truth_mesh, made.moment(1, 0), out
+    return [*made.frames()], made.mesh, made.truth_mesh, made.moment(1), out
 
 
 def rooms(given: Inputs, out: Path) -> Any:

@@ -6,6 +6,7 @@ range: s is one more unknown of a linear fit, and its standard deviation says wh
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,12 +70,17 @@ def largest_plane(depth: NDArray[np.float32], rays: NDArray[np.float32]) -> Bow 
     x, y = rays[valid][chosen].astype(float).T
     d = depth[valid][chosen].astype(float)
     rows = np.column_stack([x, y, np.ones_like(x), -(np.sqrt(1 + x * x + y * y) - 1) / d])
-    best: Bow | None = None
-    for s in (0.0, 1.0):
-        bow = _refined(rows, d, _most_agreed(rows, d, s))
-        if bow is not None and (best is None or bow.share > best.share):
-            best = bow
-    return best
+    fits = [fit for s in (0.0, 1.0) if (fit := _refined(rows, d, _most_agreed(rows, d, s))) is not None]
+    if not fits:
+        return None
+    fit = max(fits, key=lambda one: one.share)  # of equals the first
+    return Bow(float(fit.plane[3]), fit.std, fit.share, _saddle(rows, d, fit.plane))
+
+
+class _Fit(NamedTuple):
+    plane: NDArray  # (4,) a, b, c, s
+    std: float  # of s
+    share: float
 
 
 def _most_agreed(rows: NDArray, d: NDArray, s: float) -> NDArray:
@@ -93,7 +99,7 @@ def _most_agreed(rows: NDArray, d: NDArray, s: float) -> NDArray:
     return best
 
 
-def _refined(rows: NDArray, d: NDArray, fit: NDArray) -> Bow | None:
+def _refined(rows: NDArray, d: NDArray, fit: NDArray) -> _Fit | None:
     """The plane and `s` fitted together to the pixels that agree, until they settle."""
     std = np.inf
     inside = np.zeros(len(d), bool)
@@ -108,7 +114,7 @@ def _refined(rows: NDArray, d: NDArray, fit: NDArray) -> Bow | None:
             return None
         residual = A @ fit - b
         std = float(np.sqrt(np.linalg.pinv(A.T @ A)[3, 3] * (residual @ residual) / (len(b) - 4)))
-    return Bow(float(fit[3]), std, float(inside.mean()), _saddle(rows, d, fit))
+    return _Fit(fit, std, float(inside.mean()))
 
 
 def _saddle(rows: NDArray, d: NDArray, fit: NDArray) -> float:

@@ -75,11 +75,8 @@ def ideal_of(simulation: Simulation, finer: int = FINER) -> Iterator[IdealFrame]
     projector = tuple(effect for effect in simulation.sensor.effects if effect.name == "projector_shadow")
     perfect = replace(simulation.sensor, effects=projector)
     exposures = Exposures(simulation.scene, perfect, simulation.camera, simulation.turned_deg)
-    placement = -1
     for index in range(len(simulation)):
-        poses = simulation.truth.poses
-        placement += index == 0 or not np.array_equal(poses[index], poses[index - 1])
-        moment = simulation.moment(index, placement)
+        moment = simulation.moment(index)
         view = exposures.view(index, moment, np.random.default_rng(0))
         assert view.depth is not None
         frame = IdealFrame(view.depth, view.normals, view.reflectance, lit=view.lit, moment=moment)
@@ -91,7 +88,7 @@ def ideal_of(simulation: Simulation, finer: int = FINER) -> Iterator[IdealFrame]
 
 def _finer(exposures: Exposures, simulation: Simulation, index: int, finer: int) -> tuple[Image, Image]:
     """Depth (h, finer w) and (finer h, w) [m]: every image of the camera, moved by parts of a pixel."""
-    camera, moment = simulation.camera, simulation.moment(index, 0)
+    camera, moment = simulation.camera, simulation.moment(index)
     height, width = camera.shape
     rows, columns = np.empty((height, finer * width), np.float32), np.empty((finer * height, width), np.float32)
     for place in range(finer):
