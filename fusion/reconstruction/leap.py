@@ -26,7 +26,7 @@ def leap_of(trajectory: Trajectory, band: float) -> Light | None:
     if not found:
         return None
     most = max(found, key=lambda k: steps[k])
-    others = f" (and {len(found) - 1} more such steps)" if len(found) > 1 else ""
+    others = f" ({len(found)} such steps in all)" if len(found) > 1 else ""
     said = f"The camera leaps by {steps[most] * 1e3:.0f} mm from frame {most} to frame {most + 1}{others}"
     said += f"; the steps around it are at most {_around(steps, most) * 1e3:.0f} mm: one side stands in a wrong place"
     return Light("bad", "Steps", f"{said}.", RECORD)
