@@ -57,14 +57,15 @@ def straighten(
     if network is not None and network.moved(settled) > resolved:
         settled = network.poses
     elif closed is None and count == 1:
-        return Straightened(results, Course(_path(frames, tracked), not away, 1, 1), network=network)
+        course = Course(_path(frames, tracked), not away, 1, 1)
+        return Straightened(_held(results, network), course, network=network)
     before = np.stack([r.T_world_camera for r in results])
     found = corrected(before, pieces, stamps, frames, settled)
     poses = found.poses
     known = np.isfinite(poses).all(axis=(1, 2))
     world = inverse(poses[np.flatnonzero(known)[0]])  # the world is the first placed frame
     poses = world @ poses
-    moved = [_with(r, T) for r, T in zip(results, poses, strict=True)]
+    moved = [_with(r, T) for r, T in zip(_held(results, network), poses, strict=True)]
     joined = len(np.unique(pieces[known]))
     path = _path(frames, settled)
     away = looked_away(frames, np.where(np.isfinite(settled), settled, tracked))
@@ -91,6 +92,19 @@ def _with(result: Tracked, T_world_camera: Array) -> Tracked:
         return replace(result, T_world_camera=T_world_camera)
     status = "placed only among frames after a loss, which show nothing that the others show"
     return replace(result, T_world_camera=T_world_camera, status=status)
+
+
+def _held(results: Sequence[Tracked], network: PoseNetwork | None) -> list[Tracked]:
+    """Frames without the directions that their surface leaves open and the key frames around them fix."""
+    if network is None:
+        return list(results)
+    index, known = np.array([frame.index for frame in network.frames]), network.known()
+    out = list(results)
+    for i, result in enumerate(results):
+        after = int(np.searchsorted(index, i))  # those after the last stand as well as it does
+        if result.unconstrained and known[min(after, len(known) - 1)]:
+            out[i] = replace(result, unconstrained=())
+    return out
 
 
 def _largest(frames: Sequence[Keyframe], results: Sequence[Tracked], pieces: NDArray[np.int64]) -> Array:

@@ -24,6 +24,9 @@ SETTLED = 1e-5  # [rad], [m]
 # squared error, in variances, up to which a doubtful edge is believed: six directions at four standard deviations
 BELIEVED = 6 * 4.0**2
 EASED = 1.4  # by which the loss comes nearer to its final form in each iteration (the paper's)
+TURN = (
+    0.5  # [rad] largest turn of a step: a twist is a motion for small ones alone, and loose poses would fly off (guess)
+)
 LOOSE = 1e-6  # of the largest information: keeps what no edge fixes where it is
 
 
@@ -146,7 +149,9 @@ def _step(
     step[free] = spsolve(
         (inner + LOOSE * float(inner.diagonal().mean()) * identity(len(free))).tocsc(), rhs.ravel()[free]
     )
-    return step.reshape(n, 6)
+    steps = step.reshape(n, 6)
+    turn = float(np.linalg.norm(steps[:, :3], axis=1).max())
+    return np.asarray(steps * (TURN / max(turn, TURN)))
 
 
 def _moved(T: Array, twists: Array) -> Array:

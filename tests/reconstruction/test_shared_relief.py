@@ -5,8 +5,8 @@ import pytest
 
 from fusion.geometry.camera import Camera
 from fusion.geometry.depth import point_map
-from fusion.reconstruction.loops.edges import by_relief
-from fusion.tracking.equations import lay_out
+from fusion.tracking.both_sides import by_relief
+from fusion.tracking.equations import PairLimits, equations, lay_out
 from fusion.tracking.icp import IcpSettings, align_points
 
 CAMERA = Camera(160, 120, 140.0, 140.0, 79.5, 59.5)
@@ -23,8 +23,9 @@ def weakest(depth):
     """Least information about a shift, by the model's normals alone and by both views' [1 / m^2]."""
     model, source = seen(depth, 1), lay_out(seen(depth, 2), 6000)
     found = align_points(source, model, np.eye(4), HOW)
-    both = by_relief(found.information, source, model, found.T_model_source, HOW.reaches[-1])
-    return [float(np.linalg.eigvalsh(x[3:, 3:])[0]) for x in (found.information, both)]
+    alone = equations(source, found.T_model_source, model, PairLimits(HOW.reaches[-1], HOW.min_cosine)).information
+    both = by_relief(alone, source, model, found.T_model_source, HOW.reaches[-1])
+    return [float(np.linalg.eigvalsh(x[3:, 3:])[0]) for x in (alone, both)]
 
 
 def test_a_noisy_wall_leaves_its_own_directions_open():

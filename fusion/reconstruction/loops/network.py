@@ -35,24 +35,27 @@ def spread_of(poses: Array, edges: Sequence[Edge]) -> Array:
     return np.asarray(spread + np.outer(elsewhere, elsewhere))
 
 
-def weighed(poses: Array, edges: Sequence[Edge]) -> tuple[list[Edge], Array]:
+def weighed(poses: Array, edges: Sequence[Edge], least: float = LEAST) -> tuple[list[Edge], Array]:
     """The edges with the information that they bear out at poses (n, 4, 4), and the covariance that this leaves.
 
     What an edge states of itself is a guess for its kind; how far edges of a kind miss each other tells their variance
     factor (Förstner 1979: variance components). Edges without a kind keep what they state.
+
+    Args:
+        least: of the stated variance, below which a factor never goes.
     """
     A, gaps = linear(poses, edges)
     stated = np.stack([e.information for e in edges])
     squares = np.einsum("mi,mij,mj->m", gaps, stated, gaps)
-    least = LOOSE * np.trace(stated, axis1=1, axis2=2)[:, None]
-    ranks = np.maximum((np.linalg.eigvalsh(stated) > least).sum(axis=1), 1)
+    slight = LOOSE * np.trace(stated, axis1=1, axis2=2)[:, None]
+    ranks = np.maximum((np.linalg.eigvalsh(stated) > slight).sum(axis=1), 1)
     kinds = np.array([e.kind for e in edges])
     owners = [kinds == kind for kind in np.unique(kinds[kinds != ""])]
     fixed = (6 * held(len(poses), edges)[:, None] + np.arange(6)).ravel()
     free = np.setdiff1d(np.arange(6 * len(poses)), fixed)
     out, factor = np.zeros((6 * len(poses),) * 2), np.ones(len(edges))
     for own in owners:  # to begin with, and to tell which are wrong altogether
-        factor[own] = max(float(np.median(squares[own] / ranks[own])), LEAST)
+        factor[own] = max(float(np.median(squares[own] / ranks[own])), least)
     for _ in range(ROUNDS):
         weights = (BELIEVED / (BELIEVED + squares / factor)) ** 2
         information = (weights / factor)[:, None, None] * stated
@@ -60,7 +63,7 @@ def weighed(poses: Array, edges: Sequence[Edge]) -> tuple[list[Edge], Array]:
         taken = np.einsum("mij,mji->m", information, _between(out, A, edges))
         for own in owners:
             checked = float((weights * ranks)[own].sum() - taken[own].sum())
-            factor[own] = max(float((weights * squares)[own].sum()) / checked, LEAST) if checked > 1 else 1.0
+            factor[own] = max(float((weights * squares)[own].sum()) / checked, least) if checked > 1 else 1.0
     return [replace(e, information=e.information / by) for e, by in zip(edges, factor, strict=True)], out
 
 
@@ -114,6 +117,17 @@ class PoseNetwork:
         ends = zip(poses[self.index], self.poses[self.index], self.frames, strict=True)
         ways = (transform(T, f.points.centre) - transform(to, f.points.centre) for T, to, f in ends)
         return float(max(np.linalg.norm(way) for way in ways))
+
+    def known(self) -> NDArray[np.bool_]:
+        """(m,) those of which it is known where they stand, seen from the one before, as well as an edge fixes it."""
+        poses = self.poses[self.index]
+        steps = inverse(poses[:-1]) @ poses[1:]
+        middles = [transform(T, frame.points.centre) for T, frame in zip(steps, self.frames[1:], strict=True)]
+        ways = [Edge(k, k + 1, T, np.eye(6), c) for k, (T, c) in enumerate(zip(steps, middles, strict=True))]
+        # surfaces that slid together agree well: what edges state is not believed to be better than that
+        spread = _between(weighed(poses, self.edges, least=1.0)[1], linear(poses, ways)[0], ways)
+        sigma = np.sqrt(np.einsum("mii->mi", spread))
+        return np.append(True, (sigma[:, :3].max(axis=1) < FIXED[1]) & (sigma[:, 3:].max(axis=1) < FIXED[0]))
 
     def errors(self, poses: Array) -> PoseErrors:
         """What poses (n, 4, 4) of all frames of the recording may be wrong by together."""
