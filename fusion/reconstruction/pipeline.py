@@ -5,12 +5,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fusion.coloring.color_mesh import Colored, color_mesh
+from fusion.coloring.color_mesh import color_mesh
 from fusion.errors import TrackingError, VolumeError
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.cleanup import without_crumbs
 from fusion.mesh.mesh import Mesh
 from fusion.progress import stage
+from fusion.reconstruction.colors_apart import colors_apart
 from fusion.reconstruction.course import Straightened, straighten
 from fusion.reconstruction.planning import Plan, object_after_all, plan
 from fusion.reconstruction.result import Reconstruction
@@ -54,6 +55,8 @@ def reconstruct(recording: Recording, settings: ReconstructSettings | None = Non
     """
     settings = settings or ReconstructSettings()
     sensor = settings.sensor or default_sensor(recording.camera)
+    if not settings.color:
+        recording = recording.without_color()
     with stage("looking"):
         recording, asked = _ask_doctor(recording, settings)
     recording, told = corrected_recording(recording, sensor)
@@ -63,12 +66,12 @@ def reconstruct(recording: Recording, settings: ReconstructSettings | None = Non
     tracked = track(frames, settings, chosen)
     volume, chosen, results = tracked.volume, tracked.plan, tracked.results
     band = chosen.volume.truncation  # of the model that frames were held against; an object may be fused in a finer one
-    course, network = None, None
+    course, network, missed = None, None, None
     if settings.poses is None:
         with stage("loops"):
             least = RESOLVED * chosen.volume.voxel
             straight = straighten(results, tracked.pieces, recording.timestamps, tracked.keyframes, least)
-        course, network = straight.course, straight.network
+        course, network, missed = straight.course, straight.network, straight.colors_missed
         volume, chosen, results = settled(frames, settings, tracked, straight)
     _check_enough(results, recording, settings)
     with stage("mesh"):
@@ -77,6 +80,7 @@ def reconstruct(recording: Recording, settings: ReconstructSettings | None = Non
         raise VolumeError("nothing was fused", recording.path, "no surface", do="check --box and --max-depth")
     said = [*asked, *chosen.warnings, *(("warning", text) for text in recording.warnings)]
     notes = [note("Recording", *one) for one in said] + [note("Correction", "warning", x) for x in told.doubtful]
+    notes += [] if missed is None else [colors_apart(missed)]
     with stage("sigma"):
         poses = np.stack([r.T_world_camera for r in results])
         errors = None if network is None else network.errors(poses)
@@ -129,7 +133,7 @@ class _Made:
 def _result(recording: Recording, settings: ReconstructSettings, results: list[Tracked], made: _Made) -> Reconstruction:
     volume, chosen = made.volume, made.plan
     trajectory = Trajectory(recording.timestamps, np.stack([r.T_world_camera for r in results]))
-    colored = color_mesh(made.mesh, recording, trajectory) if settings.color else Colored(made.mesh)
+    colored = color_mesh(made.mesh, recording, trajectory)
     told = ReconstructionChoices(
         **vars(colored.figures()),
         camera=LensUsed.of(recording.camera),

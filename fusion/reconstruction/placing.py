@@ -52,6 +52,8 @@ class Placer:
 
     def look(self, frame: Prepared, tracked: Tracked) -> bool:
         """Keep a tracked frame as a key frame, where it is time for one; says whether."""
+        if not tracked.ok:
+            self.keyframes.lost()
         free = tracked.ok and self.poses is None
         return free and self.keyframes.look(self.piece, tracked.T_world_camera, frame, bool(tracked.unconstrained))
 

@@ -19,7 +19,7 @@ class ReconstructSettings:
         room: voxels for a room (True) or an object (False), where they are chosen; None: as the frames show.
         max_depth: depth beyond is not used [m].
         box: two corners (3,), (3,) [m] in the world (the first camera's frame unless poses are given).
-        color: colour the mesh where the recording has colour images.
+        color: use the recording's colour images: they hold the camera where shape does not, and colour the mesh.
         max_bytes: limit of the volume's memory.
         min_placed: share of the frames below which the whole has failed.
         tracker: how frames are placed.

@@ -17,7 +17,7 @@ from fusion.sensor.sensor import Sensor
 from fusion.volume.prepared import prepare
 from reference.walked_room import WalkedRoom, round_walk, truth_of
 
-CHEAP = ReconstructSettings(voxel=0.02, truncation=0.08, color=False)
+CHEAP = ReconstructSettings(voxel=0.02, truncation=0.08)
 ROUND = 2 * np.pi + 0.5
 
 

@@ -38,7 +38,7 @@ def add_common(parser: argparse.ArgumentParser, frame: str = FIRST_CAMERA) -> No
         metavar=("X0", "Y0", "Z0", "X1", "Y1", "Z1"),
         help=f"keep only this box: its low and its high corner [m] in {frame}",
     )
-    add("--no-color", action="store_true", help="leave the colours out")
+    add("--no-color", action="store_true", help="leave the colours out, of the tracking too")
     add("--force", action="store_true", help="go on where the doctor says no, or with a sensor model of another camera")
     add("--device", choices=DEVICES, help="where the kernels run: auto is a card if one passes; FUSION_DEVICE, or cpu")
     add("--json", action="store_true", help="print one JSON object")

@@ -91,10 +91,14 @@ def _chain(frames: Sequence[Keyframe]) -> list[Edge]:
 
 
 def _neighbours(frames: Sequence[Keyframe], i: int, j: int, T_i_j: Array) -> list[Edge]:
-    tracked = [tracked_edge(frames, i, j)] if j == i + 1 else []
-    marks = landmark_edge(frames, i, j, doubtful=False)
-    surface = surface_edge(frames, (i, j), T_i_j if marks is None else marks.T_i_j, CLOSE, doubtful=False)
-    return [*tracked, *(edge for edge in (marks, surface) if edge is not None)]
+    """Landmarks count where the surfaces bear them out, as the images may belong to another moment, and are sure where
+    surfaces alone did not hold the camera on its way."""
+    edges = [tracked_edge(frames, i, j)] if j == i + 1 else []
+    seen, held = _verified(frames, i, j), all(frame.held for frame in frames[i + 1 : j + 1])
+    if seen:
+        return [*edges, *(replace(edge, doubtful=held) for edge in seen)]
+    surface = surface_edge(frames, (i, j), T_i_j, CLOSE, doubtful=False)
+    return edges if surface is None else [*edges, surface]
 
 
 def _seen_again(frames: Sequence[Keyframe], poses: Array, shares: Array, chain: Sequence[Edge]) -> list[Edge]:

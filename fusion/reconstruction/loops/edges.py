@@ -27,12 +27,17 @@ NONE = 1e-9  # of that: where a direction has no information, it is as good as o
 DISAGREE = 0.15, np.deg2rad(5)  # [m], [rad] by which surface and landmarks may differ in what they say (guess)
 # tracking from one key frame to the next may miss all of the motion, before a wall: a third of what lies between them
 TRACKED = 0.05, np.deg2rad(2.5)
+HELD = (
+    0.01,
+    np.deg2rad(0.5),
+)  # where the surface left nothing open on the way: the noise of a frame, see `correction.OFF`
 
 
 def tracked_edge(frames: Sequence[Keyframe], i: int, j: int) -> Edge:
     """As both were tracked."""
     T = inverse(frames[i].T_world_camera) @ frames[j].T_world_camera
-    information = np.diag(np.repeat([TRACKED[1] ** -2.0, TRACKED[0] ** -2.0], 3))
+    shift, turn = HELD if frames[j].held else TRACKED
+    information = np.diag(np.repeat([turn**-2.0, shift**-2.0], 3))
     return Edge(i, j, T, information, T[:3, 3], doubtful=True, kind="tracked")
 
 

@@ -24,7 +24,7 @@ SIGHTED = 50  # landmarks that an image of a room shows at least; a dark one has
 BESIDE = 3  # key frames to each side, whose surfaces together have a shape: some 50 degrees
 THINNED = 5  # of their points, one in so many
 NEAR = 4  # key frames that a frame found again is compared with
-MOST = 400  # key frames: 1 GB at 320 x 240
+MOST = 400  # key frames, an even number: 1 GB at 320 x 240
 
 
 @dataclass(frozen=True)
@@ -36,6 +36,7 @@ class Keyframe:
     T_world_camera: Array  # (4, 4) as tracked
     surface: PointMap  # what it shows
     grey: NDArray[np.uint8] | None  # (h, w) uint8 in the same pixels, or None without colour
+    held: bool = False  # surfaces held the camera in all directions all the way from the key frame before
 
     @cached_property
     def points(self) -> Points:
@@ -60,6 +61,11 @@ class Keyframes:
 
     found: list[Keyframe] = field(default_factory=list)  # in their order
     spacing: float = 1.0  # of the distances above; it doubles, and every second one goes, where there are too many
+    held: bool = True  # see `Keyframe`, for what comes after the last one
+
+    def lost(self) -> None:
+        """The camera went on without being tracked."""
+        self.held = False
 
     def look(self, piece: int, T_world_camera: Array, frame: Prepared, slid: bool = False) -> bool:
         """Keep a placed frame, if the camera has moved enough since the last one of its piece; says whether.
@@ -68,6 +74,7 @@ class Keyframes:
             T_world_camera: (4, 4) as tracked.
             slid: its surface left a direction open, so that its pose may miss a motion.
         """
+        self.held &= not slid
         last = self.found[-1] if self.found and self.found[-1].piece == piece else None
         if last is not None:
             moved = inverse(last.T_world_camera) @ T_world_camera
@@ -76,10 +83,17 @@ class Keyframes:
             soon = frame.frame.index - last.index < OFTEN * self.spacing or not slid
             if near and soon and angle(moved) < TURN * self.spacing:
                 return False
-        self.found.append(keyframe_of(frame, piece, T_world_camera))
+        self.found.append(replace(keyframe_of(frame, piece, T_world_camera), held=self.held))
+        self.held = True
         if len(self.found) > MOST:
-            self.found, self.spacing = self.found[::2], 2 * self.spacing
+            self._thin()
         return True
+
+    def _thin(self) -> None:
+        kept, left = self.found[::2], self.found[1::2]
+        ways = zip(left, kept[1:], strict=True)
+        self.found = [kept[0], *(replace(frame, held=frame.held and by.held) for by, frame in ways)]
+        self.spacing *= 2
 
     def shown(self, piece: int) -> Array:
         """(n, 3) some points of all that a piece has seen [m]."""

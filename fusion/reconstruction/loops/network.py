@@ -19,6 +19,7 @@ from fusion.tracking.graph import BELIEVED, LOOSE, Edge, held, linear, normal, s
 ENOUGH = 0.35  # of the points that two views share, to be held against each other
 PARTNERS = 3  # earlier ones for each key frame: those that are farthest back and share enough, and the last
 MODES = 0.99  # of the variance of all poses is in the few largest patterns that are kept
+FEW = 0.5  # edges of a kind for each key frame: fewer do not tell how good they are (guess)
 ROUNDS = 4  # in which variance factors settle
 WEIGHED = 2  # times: how far edges of a kind miss each other is known where they have settled
 LEAST = 1e-6  # of the stated variance: less is never claimed
@@ -117,6 +118,13 @@ class PoseNetwork:
         ends = zip(poses[self.index], self.poses[self.index], self.frames, strict=True)
         ways = (transform(T, f.points.centre) - transform(to, f.points.centre) for T, to, f in ends)
         return float(max(np.linalg.norm(way) for way in ways))
+
+    def missed(self, kind: str) -> float:
+        """Squares by which edges of a kind miss all others, over what they state; NaN where they are few."""
+        believed, _ = weighed(self.poses[self.index], self.edges)
+        pairs = zip(self.edges, believed, strict=True)
+        factors = [np.trace(a.information) / np.trace(b.information) for a, b in pairs if a.kind == kind]
+        return float(factors[0]) if len(factors) > FEW * len(self.frames) else float("nan")
 
     def known(self) -> NDArray[np.bool_]:
         """(m,) those of which it is known where they stand, seen from the one before, as well as an edge fixes it."""

@@ -42,7 +42,7 @@ def shared() -> Path:
 
 def ours(recording: Recording) -> Reconstruction:
     """Frame-to-model tracking, every setting as by default: that this is a room is found by itself."""
-    return reconstruct(recording, ReconstructSettings(color=False))
+    return reconstruct(recording, ReconstructSettings())
 
 
 def first(recording: Recording, frames: int) -> Recording:
