@@ -26,10 +26,11 @@ class Straightened:
     """What became of a trajectory."""
 
     results: list[Tracked]  # (n) of the frames
-    course: Course  # how it hangs together
+    course: Course | None = None  # how it hangs together; None where poses were given
     # the key frames where they belong now; None where nothing has changed since the frames were fused
     between: Between | None = None
     network: PoseNetwork | None = None  # of the key frames that have a place; None where there are fewer than two
+    known: frozenset[int] = frozenset()  # see `Reconstruction`
     colors_missed: float | None = None  # see `PoseNetwork.missed`, of landmarks that were left out for it
 
 
@@ -68,19 +69,20 @@ def straighten(
         settled = network.poses
     elif closed is None and count == 1:
         course = Course(_path(frames, tracked), not away, 1, 1)
-        return Straightened(_held(results, network), course, network=network)
+        return Straightened(results, course, network=network, known=_known(network, len(results)))
     before = np.stack([r.T_world_camera for r in results])
     found = corrected(before, pieces, stamps, frames, settled)
     poses = found.poses
     known = np.isfinite(poses).all(axis=(1, 2))
     world = inverse(poses[np.flatnonzero(known)[0]])  # the world is the first placed frame
     poses = world @ poses
-    moved = [_with(r, T) for r, T in zip(_held(results, network), poses, strict=True)]
+    moved = [_with(r, T) for r, T in zip(results, poses, strict=True)]
     joined = len(np.unique(pieces[known]))
     path = _path(frames, settled)
     away = looked_away(frames, np.where(np.isfinite(settled), settled, tracked))
     course = _course(path, away, (count, joined), closed, before, poses)
-    return Straightened(moved, course, Between(frames, world @ settled, found.off, found.torn), network)
+    between = Between(frames, world @ settled, found.off, found.torn)
+    return Straightened(moved, course, between, network, known=_known(network, len(results)))
 
 
 def _course(
@@ -104,17 +106,13 @@ def _with(result: Tracked, T_world_camera: Array) -> Tracked:
     return replace(result, T_world_camera=T_world_camera, status=status)
 
 
-def _held(results: Sequence[Tracked], network: PoseNetwork | None) -> list[Tracked]:
-    """Frames without the directions that their surface leaves open and the key frames around them fix."""
+def _known(network: PoseNetwork | None, count: int) -> frozenset[int]:
+    """Those of so many frames before which and after which the key frames know where they stand to each other."""
     if network is None:
-        return list(results)
+        return frozenset()
     index, known = np.array([frame.index for frame in network.frames]), network.known()
-    out = list(results)
-    for i, result in enumerate(results):
-        after = int(np.searchsorted(index, i))  # those after the last stand as well as it does
-        if result.unconstrained and known[min(after, len(known) - 1)]:
-            out[i] = replace(result, unconstrained=())
-    return out
+    after = np.minimum(np.searchsorted(index, np.arange(count)), len(index) - 1)  # behind the last as before it
+    return frozenset(np.flatnonzero(known[after]).tolist())
 
 
 def _largest(frames: Sequence[Keyframe], results: Sequence[Tracked], pieces: NDArray[np.int64]) -> Array:

@@ -25,7 +25,7 @@ from fusion.recording.looking.doctor import fit_to_scan, quick_look, refuse_if_c
 from fusion.recording.recording import Recording
 from fusion.results.choices import LensUsed, ReconstructionChoices
 from fusion.results.color_light import color_lights
-from fusion.results.course import Course, off_course
+from fusion.results.course import off_course
 from fusion.results.light import Light, note
 from fusion.sensor.correction.corrected_recording import corrected_recording
 from fusion.sensor.correction.summary import CorrectionSummary
@@ -66,12 +66,11 @@ def reconstruct(recording: Recording, settings: ReconstructSettings | None = Non
     tracked = track(frames, settings, chosen)
     volume, chosen, results = tracked.volume, tracked.plan, tracked.results
     band = chosen.volume.truncation  # of the model that frames were held against; an object may be fused in a finer one
-    course, network, missed = None, None, None
+    straight = Straightened(results)
     if settings.poses is None:
         with stage("loops"):
             least = RESOLVED * chosen.volume.voxel
             straight = straighten(results, tracked.pieces, recording.timestamps, tracked.keyframes, least)
-        course, network, missed = straight.course, straight.network, straight.colors_missed
         volume, chosen, results = settled(frames, settings, tracked, straight)
     _check_enough(results, recording, settings)
     with stage("mesh"):
@@ -80,12 +79,12 @@ def reconstruct(recording: Recording, settings: ReconstructSettings | None = Non
         raise VolumeError("nothing was fused", recording.path, "no surface", do="check --box and --max-depth")
     said = [*asked, *chosen.warnings, *(("warning", text) for text in recording.warnings)]
     notes = [note("Recording", *one) for one in said] + [note("Correction", "warning", x) for x in told.doubtful]
-    notes += [] if missed is None else [colors_apart(missed)]
+    notes += [] if straight.colors_missed is None else [colors_apart(straight.colors_missed)]
     with stage("sigma"):
         poses = np.stack([r.T_world_camera for r in results])
-        errors = None if network is None else network.errors(poses)
+        errors = None if straight.network is None else straight.network.errors(poses)
         sure = walk_sigma(mesh, frames, poses, errors, FusedWith(settings.sensor, volume.settings))
-    made = _Made(sure.onto(mesh), volume, chosen, band, course, sensor, told, notes)
+    made = _Made(sure.onto(mesh), volume, chosen, band, straight, sensor, told, notes)
     return replace(_result(recording, settings, results, made), sure=sure)
 
 
@@ -124,7 +123,7 @@ class _Made:
     volume: Volume
     plan: Plan
     band: float
-    course: Course | None
+    straight: Straightened
     sensor: Sensor
     told: CorrectionSummary
     notes: list[Light]
@@ -163,7 +162,8 @@ def _result(recording: Recording, settings: ReconstructSettings, results: list[T
         notes=(*made.notes, *color_lights(colored)),
         footnotes=(*made.sensor.warnings, *made.told.left),
         off_course=off_course(trajectory, recording) if settings.poses is None else None,
-        course=made.course,
+        course=made.straight.course,
+        known=made.straight.known,
     )
 
 

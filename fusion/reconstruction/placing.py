@@ -1,5 +1,6 @@
 """Gives each frame its pose."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -17,6 +18,7 @@ from fusion.volume.volume import Volume
 
 MODEL_WIDTH = 400  # the model is seen at half resolution from images wider than this: noise is finer than it [px]
 SURE = 0.9  # of the usual share must fit, where nothing but the surface tells that a place is the same (guess)
+LOOKED = 20  # key frames at most that a lost frame is compared with
 PATIENCE = 5  # frames lost in a row, after which the camera is taken to be where it never was (guess)
 
 
@@ -64,7 +66,9 @@ class Placer:
         if self.poses is None:
             if self.tracker.past and not self.volume.block_count:
                 raise VolumeError("nothing of the first frame was fused", do="check --box and --max-depth")
-            tracked = self.tracker.place(frame.surface, lambda found: self._sure(frame, found))
+            tracked = self.tracker.place(
+                frame.surface, lambda found: self._sure(frame, found), places=lambda: self._recognised(frame)
+            )
             # in a box only what is in it is fused, and where the box is in a new piece is not known
             lost = not tracked.ok and self.tracker.past and self.tracker.lost > PATIENCE and self.settings.box is None
             return self._begun(frame, tracked) if lost else tracked
@@ -82,6 +86,17 @@ class Placer:
             if seen is not None and agree(seen, tracked_edge([other, here], 0, 1)):
                 return True
         return False
+
+    def _recognised(self, frame: Prepared) -> Iterator[Array]:
+        """`T_world_camera` (4, 4) of a lost frame by the landmarks that it shares with key frames, the newest first."""
+        here = keyframe_of(frame, self.piece, np.eye(4))
+        if here.landmarks is None or len(here.landmarks) < SIGHTED:
+            return
+        own = [other for other in reversed(self.keyframes.found) if other.piece == self.piece]
+        for other in own[:: -(-len(own) // LOOKED)]:
+            seen = landmark_edge([other, here], 0, 1, doubtful=True)
+            if seen is not None:
+                yield other.T_world_camera @ seen.T_i_j
 
     def _begun(self, frame: Prepared, lost: Tracked) -> Tracked:
         """The frame as the first of a new piece, where it shows a surface."""

@@ -47,6 +47,7 @@ class Reconstruction:
         volume: what was fused.
         off_course: the trajectory's error against poses that the recording states; None without them.
         course: how the trajectory hangs together; None where poses were given.
+        known: frames that the key frames around them place in all directions.
         sure: where `mesh.scalars["sigma"]`, the standard deviation of each vertex along its normal [m], comes from.
     """
 
@@ -63,6 +64,7 @@ class Reconstruction:
     footnotes: tuple[str, ...] = ()
     off_course: OffCourse | None = None
     course: Course | None = None
+    known: frozenset[int] = frozenset()
     sure: Sure | None = None
 
     def __repr__(self) -> str:
@@ -98,8 +100,7 @@ class Reconstruction:
 def judge(result: Reconstruction) -> Judgement:
     """All lights of a reconstruction, the worst first."""
     lights = [frames_light(len(result.trajectory), result.rejected), _surface(result), *result.notes]
-    leap = None if result.course is None else leap_of(result.trajectory, result.settings.truncation_m)
-    told = (_fit(result), leap, _directions(result), _drift(result), _course(result))
+    told = (_fit(result), _leap(result), _directions(result), _drift(result), _course(result))
     lights += [light for light in told if light is not None]
     return Judgement(worst_first(lights), result.footnotes)
 
@@ -114,8 +115,14 @@ def _fit(result: Reconstruction) -> Light | None:
     return Light(judged, "Fit", f"Frames lie {found * 1e3:.2f} mm (median) off the model.", do)
 
 
+def _leap(result: Reconstruction) -> Light | None:
+    if result.course is None:
+        return None
+    return leap_of(result.trajectory, result.settings.truncation_m, np.isfinite(result.residual))
+
+
 def _directions(result: Reconstruction) -> Light | None:
-    weak = Counter(name for names in result.unconstrained.values() for name in names)
+    weak = Counter(name for names in _open(result).values() for name in names)
     if not weak:
         return None
     name, count = weak.most_common(1)[0]
@@ -131,9 +138,14 @@ def _directions(result: Reconstruction) -> Light | None:
     return Light(judged, "Directions", f"{said[:1].upper()}{said[1:]}.", RELIEF if judged != "ok" else "")
 
 
+def _open(result: Reconstruction) -> dict[int, tuple[str, ...]]:
+    """Directions of frames that neither the surface nor the key frames around fix."""
+    return {i: names for i, names in result.unconstrained.items() if i not in result.known}
+
+
 def _sliding(result: Reconstruction) -> NDArray[np.intp]:
     """Those of the steps along which the surface may have slid on itself."""
-    frames = [i for i, names in result.unconstrained.items() if any(name.startswith("shift") for name in names)]
+    frames = [i for i, names in _open(result).items() if any(name.startswith("shift") for name in names)]
     return np.array([i - 1 for i in frames if i > 0], np.intp)
 
 

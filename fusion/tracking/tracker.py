@@ -4,8 +4,9 @@ The model is a function of a pose, so this file knows no volume. A frame that ca
 reason, not an end: the next one is tried from the last good pose with a wider reach, then from older poses.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import chain
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from fusion.tracking.icp import IcpResult, IcpSettings, align_points
 
 Model = Callable[[Array], PointMap]  # T_world_camera (4, 4) -> what the model shows a camera there
 Sure = Callable[["Tracked"], bool]  # whether a frame is really where its surface fits
+Places = Callable[[], Iterable[Array]]  # T_world_camera (4, 4) of where a lost frame may be, the likeliest first
 
 UNSURE = "the surface fits here, but that it is the same place is not sure"
 FEWEST = 300  # pixels with a normal that a frame needs: a 20 x 15 image of surface (guess)
@@ -70,12 +72,13 @@ class Tracker:
         """Count a frame that cannot be looked at as lost."""
         return self._reject(reason)
 
-    def place(self, frame: PointMap, sure: Sure | None = None, same: bool = False) -> Tracked:
+    def place(self, frame: PointMap, sure: Sure | None = None, same: bool = False, places: Places = tuple) -> Tracked:
         """Place the next frame; the first that shows a surface is where the start says.
 
         Args:
             frame: its surface.
             sure: asked of a pose that was found again after a loss; where it says no, the next is tried.
+            places: asked where the last poses do not help.
             same: the model is as it was for the last frame, which stood near: what it looked like there will do.
         """
         known = int(np.isfinite(frame.normals[..., 0]).sum())
@@ -89,7 +92,7 @@ class Tracker:
         if tried.ok and self.lost and sure is not None and not sure(tried):
             tried = replace(tried, status=UNSURE)
         if not tried.ok:
-            tried = self._recover(points, tried, sure)
+            tried = self._recover(points, tried, sure, places)
         if not tried.ok:
             return self._reject(tried.status, tried)
         self._accept(tried.T_world_camera)
@@ -115,13 +118,13 @@ class Tracker:
             return []
         return [inverse(self.past[-2][1]) @ self.past[-1][1]]
 
-    def _recover(self, points: Points, first: Tracked, sure: Sure | None) -> Tracked:
-        """With a wider reach from the last good pose; after a loss also from older poses, spread over the past."""
+    def _recover(self, points: Points, first: Tracked, sure: Sure | None, places: Places) -> Tracked:
+        """With a wider reach from the last good pose, after a loss also from older ones; then from other places."""
         poses = [self.past[-1][1]]
         if self.lost:
             poses += _spread([T for _, T in self.past[:-1]], self.settings.past_poses)
         best = first
-        for T in poses:
+        for T in chain(poses, places()):
             tried = self._judge(align_points(points, self.model(T), np.eye(4), self.settings.wide), T)
             if tried.ok and self.lost and sure is not None and not sure(tried):
                 tried = replace(tried, status=UNSURE)

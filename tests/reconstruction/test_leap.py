@@ -19,11 +19,16 @@ def along(steps: np.ndarray, times: np.ndarray | None = None) -> Trajectory:
     return Trajectory(np.arange(len(poses)) / 30 if times is None else times, poses)
 
 
+def told_of(trajectory: Trajectory, found: int | None = None):
+    return leap_of(trajectory, 0.03, np.arange(len(trajectory)) != found)
+
+
 def test_a_leap_is_told_with_its_frame():
     steps = np.full(COUNT, 0.028)
     steps[10] = 0.459
-    told = leap_of(along(steps), 0.03)
+    told = told_of(along(steps))
     assert told is not None and told.level == "bad" and told.do
+    assert told_of(along(steps), found=11) is None  # by what it shows, after frames were left out
     assert "459 mm from frame 10 to frame 11" in told.reason and "28 mm" in told.reason
     result = replace(good(), trajectory=along(steps[:19]), course=Course(1.0, True, 1, 1))
     assert "Steps" in {light.subject for light in result.judgement.lights if light.level == "bad"}
@@ -38,7 +43,7 @@ def test_a_leap_is_told_with_its_frame():
     ],
 )
 def test_a_hand_is_not_told(steps):
-    assert leap_of(along(steps), 0.03) is None
+    assert told_of(along(steps)) is None
 
 
 def test_a_gap_in_time_or_place_is_no_leap():
@@ -46,10 +51,10 @@ def test_a_gap_in_time_or_place_is_no_leap():
     steps[10] = 0.459
     times = np.arange(COUNT + 1) / 30
     times[11:] += 0.5
-    assert leap_of(along(steps, times), 0.03) is None
+    assert told_of(along(steps, times)) is None
     lost = along(np.full(COUNT, 0.028))
     lost.poses[5] = np.nan
-    assert leap_of(lost, 0.03) is None
+    assert told_of(lost) is None
 
 
 def test_one_frame_does_not_drift():

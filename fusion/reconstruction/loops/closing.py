@@ -109,6 +109,7 @@ def _seen_again(frames: Sequence[Keyframe], poses: Array, shares: Array, chain: 
         far = _unmet(_far_pairs(frames, shares), [edge for edge in edges if edge.kind == "landmarks" or fixed(edge)])
         if sighted(frames):
             edges += [edge for i, j in each(far, "recognising") for edge in _verified(frames, i, j)]
+            edges += [edge for i, j in _beside_joints(frames, edges) for edge in _verified(frames, i, j)]
         else:
             edges += _by_shape(frames, poses, far, usual)
     convincing = any(edge.kind == "landmarks" or fixed(edge) for edge in edges)
@@ -157,6 +158,14 @@ def _far_pairs(frames: Sequence[Keyframe], shares: Array) -> list[tuple[int, int
             if left and j in some:
                 pairs.append((i, j))
     return pairs
+
+
+def _beside_joints(frames: Sequence[Keyframe], edges: Sequence[Edge]) -> list[tuple[int, int]]:
+    """Pairs beside those by which two pieces meet: not all pairs are looked at, and one alone joins nothing."""
+    met = {(e.i, e.j) for e in edges if frames[e.i].piece != frames[e.j].piece}
+    beside = {(i + a, j + b) for i, j in met for a in (-1, 0, 1) for b in (-1, 0, 1)} - met
+    inside = [(i, j) for i, j in beside if min(i, j) >= 0 and max(i, j) < len(frames)]
+    return sorted((i, j) for i, j in inside if frames[i].piece != frames[j].piece)
 
 
 def _verified(frames: Sequence[Keyframe], i: int, j: int) -> list[Edge]:
