@@ -44,7 +44,7 @@ def visible(surface: RayMesh, seen: SeenByImage, front: NDArray[np.float32] | No
     cosine = surface.cosine(index, seen.T_world_camera)
     index, cosine = index[cosine > GRAZING], cosine[cosine > GRAZING]
     points = surface.points(index, seen.T_world_camera)
-    z, pixels = points[2], camera.project(points.T.astype(np.float64))
+    z, pixels = points[2], camera.project(points.T)
     inside, u, v = _coarse_pixels(pixels, camera, coarse)
     rim = clear[v, u]
     shown = inside & (rim >= NEAREST) & (z < front[v, u] + BEHIND * z / coarse.fx)

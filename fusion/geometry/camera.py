@@ -112,18 +112,18 @@ class Camera:
         points[..., 2] = depth
         return points
 
-    def project(self, points: Array) -> Array:
+    def project(self, points: NDArray[np.floating]) -> Array:
         """Pixels (n, 2) [px] of camera points (n, 3) [m], lens distortion included; z must be positive.
 
         Points beyond what the lens can show, which its formula would bring back, lie far outside of the image.
         """
+        if not any(self.distortion):  # ten times as fast, and twice more with coordinates one after the other
+            x, y, z = np.ascontiguousarray(np.reshape(points, (-1, 3)).T, float)
+            near = 1 / np.where(z == 0, 1, z)
+            return np.stack([self.fx * x * near + self.cx, self.fy * y * near + self.cy]).T
         points = np.ascontiguousarray(points, float).reshape(-1, 3)
         if len(points) == 0:
             return np.zeros((0, 2))
-        if not any(self.distortion):  # ten times as fast
-            x, y, z = points.T
-            near = 1 / np.where(z == 0, 1, z)
-            return np.stack([self.fx * x * near + self.cx, self.fy * y * near + self.cy], axis=1)
         uv, _ = cv2.projectPoints(points, np.zeros(3), np.zeros(3), self.matrix, np.array(self.distortion))
         with np.errstate(all="ignore"):
             turned = beyond(points[:, 0] / points[:, 2], points[:, 1] / points[:, 2], self.distortion)

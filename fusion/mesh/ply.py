@@ -1,13 +1,12 @@
-"""PLY files: read by trimesh, written as CloudCompare likes them."""
+"""PLY files, written as CloudCompare likes them."""
 
-import io
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.mesh.formats.ply import checked_ply
+from fusion.mesh.formats.ply import ply_content
 from fusion.mesh.mesh import Mesh
 
 _FLOAT32_EXACT = 8.0  # [m] below this float32 is exact to half a micrometre
@@ -18,21 +17,14 @@ def read_ply(data: bytes) -> Mesh:
 
     CloudCompare's fields `scalar_<name>` come back as scalars under `<name>`.
     """
-    from trimesh.exchange.ply import load_ply
-    from trimesh.geometry import triangulate_quads
-
-    file = io.BytesIO(checked_ply(data))
     with np.errstate(all="ignore"):  # numbers out of bounds are found where the mesh is checked
-        loaded = load_ply(file, fix_texture=False, skip_materials=True, prefer_color="vertex")
-        raw = loaded["metadata"]["_ply_raw"]["vertex"]  # its data a structured array, or columns by name of a text
-        vertex = {name: np.asarray(raw["data"][name]).reshape(-1) for name in raw["properties"]}
-        return _mesh(vertex, triangulate_quads(loaded.get("faces", ())))
+        return _mesh(*ply_content(data))
 
 
 def _mesh(vertex: dict[str, NDArray], faces: NDArray) -> Mesh:
     return Mesh(
         vertices=np.stack([vertex.pop(name) for name in "xyz"], axis=1).astype(np.float64),
-        faces=faces.reshape(-1, 3),
+        faces=faces,
         normals=_taken(vertex, ("nx", "ny", "nz"), np.float32),
         colors=_colors(vertex),
         scalars={

@@ -5,7 +5,7 @@ from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import f
+from scipy.special import fdtri  # scipy.stats takes a second to import
 
 from fusion.geometry.robust import robust_std
 from fusion.mesh.comparison.surface_samples import SurfaceSamples
@@ -94,7 +94,7 @@ def _chance(own: Array, others: Array, scans: int, free: int) -> float:
     a, b = own[both], others[both]
     alike = float(a @ b) ** 2 / max(float(a @ a) * float(b @ b), 1e-300)
     places = 1 / max(alike, 1e-4)
-    return float(np.sqrt(f.ppf(1 - RARE / scans, places, places * free)))
+    return float(np.sqrt(fdtri(places, places * free, 1 - RARE / scans)))
 
 
 def _shape(surface: SurfaceSamples, apart: Array) -> Array:

@@ -40,7 +40,8 @@ def shading(gray: Image, normals: NDArray[np.float32], shown: NDArray[np.bool_])
         shown: (h, w) the surface.
     """
     lit = np.full(gray.shape, np.nan, np.float32)
-    known = shown & np.isfinite(normals).all(axis=-1)
+    known = shown.copy()
+    known[shown] = np.isfinite(normals[shown]).all(axis=-1)
     if not known.any():
         return lit
     facing, seen = normals[known], gray[known]

@@ -14,6 +14,7 @@ from fusion.mesh.alignment.scale_interval import scale_asked_for, scale_interval
 from fusion.mesh.alignment.similarity import AS_WELL, IDENTITY, Array, Similarity, free_shifts, tells_scale
 from fusion.mesh.comparison.distances import Surface, surface_of
 from fusion.mesh.mesh import Mesh
+from fusion.recording.ahead import side_by_side
 
 _POOR = 0.9  # of the score's limit per surface: one shown whole by the other scores at most 1 (guess)
 _SAME = 0.1  # of what is near: steps that go on lead from one of such poses to the other (guess)
@@ -102,17 +103,17 @@ def _likely(judge: PoseJudge, scale: bool, least: bool) -> _Likely:
     mesh, reference = CoarseSurface.of(judge.coarse), CoarseSurface.of(judge.back)
 
     def tried(starts: list[Similarity]) -> list[Similarity]:
-        return [judge.rough.run(judge.coarse, start, scale, rounds=20)[0] for start in starts]
+        return side_by_side(lambda start: judge.rough.run(judge.coarse, start, scale, rounds=20)[0], starts)
 
     poses = tried([IDENTITY, *guesses(mesh, reference)])
-    scores = [judge.score(pose) for pose in poses]
+    scores = side_by_side(judge.score, poses)
     nearest = int(np.argmin([one.both + one.against for one in scores]))
     first = poses[nearest]
     if _poor(scores[nearest], judge.size):  # of what does not fit, nothing like it does
         return _Likely(first, nearest == 0, [first])
     thin = layers(first, judge.exact.run(judge.coarse, first, scale, rounds=1)[1], judge.size)
     poses += tried([*turned_alike(mesh, reference, first), *thin])
-    scores = [judge.score(pose) for pose in poses]
+    scores = side_by_side(judge.score, poses)
     right = np.array([one.both + one.against for one in scores])
     wrong = np.array([one.both + one.along for one in scores])
     judge.inside_out = bool(AS_WELL * wrong.min() < right.min())
@@ -122,8 +123,8 @@ def _likely(judge: PoseJudge, scale: bool, least: bool) -> _Likely:
     for k in np.argsort(rated, kind="stable").tolist():
         if rated[k] <= rated.min() + room and not any(_one(judge, poses[k], poses[j]) for j in few):
             few.append(k)
-    poses = [judge.refined(poses[k], scale) for k in few]
-    costs = [judge.cost(pose) for pose in poses]
+    poses = side_by_side(lambda k: judge.refined(poses[k], scale), few)
+    costs = side_by_side(judge.cost, poses)
     best = min(costs, key=lambda one: one.both)
     alike = [one.as_well(best, judge.size) for one in costs]
     # the pose as it stands wins unless another is clearly better: symmetric shapes stay

@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from fusion.compute.process import own_process
 from fusion.mesh.alignment.similarity import IDENTITY, Array, Matches, Similarity, step, tukey
+from fusion.mesh.comparison.distances import workers_for
 from fusion.mesh.comparison.surface_samples import SurfaceSamples
 
 _SPREAD = 72  # rotations over the whole sphere: about 45 degrees apart, within reach of ICP (guess)
@@ -76,7 +77,9 @@ def rating(
     limit = near * reference.size
 
     def distances(tree: cKDTree, places: list[Array], reach: float) -> Array:
-        return np.asarray(tree.query(np.stack(places), distance_upper_bound=reach)[0])
+        all_of = np.stack(places)
+        workers = workers_for(all_of.size // 3)
+        return np.asarray(tree.query(all_of, distance_upper_bound=reach, workers=workers)[0])
 
     def rated(poses: Sequence[Similarity]) -> Array:
         scales = np.array([[pose.scale] for pose in poses])

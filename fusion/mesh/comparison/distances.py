@@ -136,17 +136,18 @@ class CloudSurface:
         """The planes of points, by their numbers (n,)."""
         new = np.unique(index[np.isnan(self._reach[index])])
         count = min(_NEIGHBOURS, len(self._points))
-        apart, beside = self._tree.query(self._points[new], k=count, workers=_workers(len(new)))
-        self._reach[new] = np.maximum(1.5 * apart[:, min(6, count - 1)], 1e-12)
+        apart, beside = self._tree.query(self._points[new], k=count, workers=workers_for(len(new)))
         if not self.known_normals:
             near = self._points[beside] - self._points[beside].mean(axis=1, keepdims=True)
             normals = np.linalg.eigh(np.einsum("nki,nkj->nij", near, near))[1][:, :, 0]
             normals[np.einsum("ij,ij->i", normals, self._points[new] - self._middle) < 0] *= -1
             self.normals[new] = normals
+        # last: another thread takes a plane for known that has its reach, and else finds the same one
+        self._reach[new] = np.maximum(1.5 * apart[:, min(6, count - 1)], 1e-12)
 
     def closest(self, points: NDArray[np.float64], normals: NDArray[np.float64] | None = None) -> Closest:
         """Closest points of `points` (n, 3) [m] whose outward `normals` (n, 3) tell the side, if the cloud does not."""
-        _, index = self._tree.query(points, workers=_workers(len(points)))
+        _, index = self._tree.query(points, workers=workers_for(len(points)))
         self._fit(index)
         normal, offset = self.normals[index], points - self._points[index]
         if normals is not None and not self.known_normals:
@@ -158,7 +159,7 @@ class CloudSurface:
         return Closest(near, normal, np.where(height < 0, -length, length), beside)
 
 
-def _workers(count: int) -> int:
+def workers_for(count: int) -> int:
     """For so many look-ups: of few of them threads take longer to start than to find."""
     return -1 if count > _FOR_THREADS else 1
 

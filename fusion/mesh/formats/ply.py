@@ -1,6 +1,7 @@
 """PLY files, text and binary: the header, and whether every row is there that it promises, and nothing else."""
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 from fusion.errors import MeshError
 from fusion.files.limits import check_size
 from fusion.files.reading import decoded, unmarked
-from fusion.mesh.formats.rows import Lines, check_whole, filled, joined, table, told
+from fusion.mesh.formats.rows import Lines, check_whole, filled, table, told
 
 TYPES = {
     "char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4", "float": "f4",
@@ -43,8 +44,8 @@ class PlyElement:
         return named[0]
 
 
-def checked_ply(data: bytes) -> bytes:
-    """The vertices, and of the faces the lists of their corners, all of one length where the file is binary."""
+def ply_content(data: bytes) -> tuple[dict[str, NDArray], NDArray]:
+    """Columns (n,) of the vertices by name, and triangles (m, 3): polygons are cut. ValueError says what is wrong."""
     data = unmarked(data)
     begin = START.match(data)
     end = begin and re.compile(re.escape(begin[1]) + rb"end_header[ \t]*" + re.escape(begin[1])).search(data, 0, MOST)
@@ -53,14 +54,8 @@ def checked_ply(data: bytes) -> bytes:
     lines = data[: end.start()].decode("utf-8", "replace").split(begin[1].decode())
     form, elements = _header(lines[1:])
     if form == "ascii":
-        vertices, faces, count = _text(elements, filled(decoded(data[end.end() :]), above=len(lines) + 1))
-    else:
-        vertices, faces, count = _binary(elements, ORDERS[form], data, end.end())
-    vertex = elements["vertex"]
-    head = ["ply", f"format {form} 1.0", f"element vertex {vertex.count}"]
-    head += [f"property {kind} {name}" for name, (kind, _) in vertex.properties.items()]
-    head += [f"element face {count}", "property list int int64 vertex_indices"] * bool(count) + ["end_header", ""]
-    return "\n".join(head).encode() + vertices + faces
+        return _text(elements, filled(decoded(data[end.end() :]), above=len(lines) + 1))
+    return _binary(elements, ORDERS[form], data, end.end())
 
 
 def _header(lines: list[str]) -> tuple[str, dict[str, PlyElement]]:
@@ -90,29 +85,29 @@ def _header(lines: list[str]) -> tuple[str, dict[str, PlyElement]]:
     return form, elements
 
 
-def _text(elements: dict[str, PlyElement], lines: Lines) -> tuple[bytes, bytes, int]:
-    """Rows of the vertices, rows of the faces, and how many these are."""
-    vertices: Lines = []
-    faces: Lines = []
+def _text(elements: dict[str, PlyElement], lines: Lines) -> tuple[dict[str, NDArray], NDArray]:
+    columns: dict[str, NDArray] = {}
+    faces: list[list[int]] = []
     for element in elements.values():
         rows, lines = lines[: element.count], lines[element.count :]
         if len(rows) < element.count:
             raise ValueError(f"{len(rows)} of {element.count} lines of element {element.name[:40]}")
         if element.name == "vertex":
-            vertices, values = rows, table(rows, len(element.properties))
-            for column, (kind, _) in zip(values.T, element.properties.values(), strict=True):
+            values = table(rows, len(element.properties))
+            for column, (name, (kind, _)) in zip(values.T, element.properties.items(), strict=True):
                 if kind in LENGTHS:
                     check_whole(column, rows, TYPES[kind])
+                columns[name] = column.astype(TYPES[kind])
         elif element.name == "face" and rows:
             index = list(element.properties).index(element.index())
-            faces = [(number, _corners(element, index, number, line)) for number, line in rows]
+            faces = [_corners(element, index, number, line) for number, line in rows]
     if lines:
         raise ValueError(told(*lines[0], "the end of the file"))
-    return joined(vertices), joined(faces), len(faces)
+    return columns, _triangles([np.array(faces) if {len(one) for one in faces} == {3} else faces] if faces else [])
 
 
-def _corners(element: PlyElement, index: int, number: int, line: str) -> str:
-    """`3 0 1 2` of a face's line, which may hold more."""
+def _corners(element: PlyElement, index: int, number: int, line: str) -> list[int]:
+    """The corners of a face, of its line, which may hold more."""
     words, at, found = line.split(), 0, [""]
     for place, (_, length) in enumerate(element.properties.values()):
         there = words[at] if at < len(words) else ""
@@ -121,38 +116,43 @@ def _corners(element: PlyElement, index: int, number: int, line: str) -> str:
         at += many
     if at != len(words):
         raise ValueError(told(number, line, f"{at} numbers"))
-    row = " ".join(found)
-    if not INDICES.fullmatch(row):
+    if not INDICES.fullmatch(" ".join(found)):
         raise ValueError(told(number, line, "whole numbers"))
     if len(found) <= 3:
         raise ValueError(f"a face of {len(found) - 1} corners in line {number}")
-    return row
+    return [int(word) for word in found[1:]]
 
 
-def _binary(elements: dict[str, PlyElement], order: str, data: bytes, at: int) -> tuple[bytes, bytes, int]:
-    """Rows of the vertices, rows of triangles, and how many these are."""
-    from trimesh.geometry import triangulate_quads
-
-    vertices, faces = b"", [np.zeros((0, 3), np.int64)]
+def _binary(elements: dict[str, PlyElement], order: str, data: bytes, at: int) -> tuple[dict[str, NDArray], NDArray]:
+    columns: dict[str, NDArray] = {}
+    polygons: list[NDArray] = []
     for element in elements.values():
         runs = _runs(element, order, data, at)
-        end = at + sum(run.nbytes for run in runs)
         if element.name == "vertex":
-            vertices = data[at:end]
+            columns = {name: runs[0][name] for name in element.properties}
         elif element.name == "face" and runs:
             polygons = [run[element.index()] for run in runs]
             few = min(one.shape[1] for one in polygons)
             if few < 3:
                 raise ValueError(f"a face of {few} corners")
             check_size(24 * sum(one.size for one in polygons), "the faces of a PLY file", MeshError)
-            faces += [triangulate_quads(one) for one in polygons]
-        at = end
+        at += sum(run.nbytes for run in runs)
     if data[at:].strip(PADDING):
         raise ValueError(f"{len(data) - at} bytes more than the header promises")
-    triangles = np.concatenate(faces)
-    rows = np.empty(len(triangles), [("length", f"{order}i4"), ("corners", f"{order}i8", 3)])
-    rows["length"], rows["corners"] = 3, triangles
-    return vertices, rows.tobytes(), len(rows)
+    return columns, _triangles(polygons)
+
+
+def _triangles(polygons: Sequence[NDArray | list[list[int]]]) -> NDArray:
+    """(m, 3) of groups of polygons, each group in its order but for those with more corners."""
+    found = [np.zeros((0, 3), np.int64)]
+    for some in polygons:
+        if isinstance(some, np.ndarray) and some.shape[1] == 3:
+            found.append(some.astype(np.int64))
+        else:
+            from trimesh.geometry import triangulate_quads  # takes a third of a second to import
+
+            found.append(triangulate_quads(some))
+    return np.concatenate(found)
 
 
 def _runs(element: PlyElement, order: str, data: bytes, at: int) -> list[NDArray]:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from fusion.errors import TrackingError
 from fusion.geometry.camera import Camera
 from fusion.progress import stage
+from fusion.recording.ahead import side_by_side
 from fusion.recording.recording import Recording
 from fusion.scan.settings import ScanSettings
 from fusion.sensor.correction.unit import depth_std, tilt_std
@@ -68,10 +69,14 @@ def fit_pairs(
     settings, camera = asked.settings, asked.recording.camera
     cut = region.cut(region.window(camera))
     marks = {} if region.below is None else region.below.marks
-    views = [
-        _nothing(frames) if f is None else view(f.surface, usable(f.surface, cut), f.color, marks.get(index))
-        for index, f in enumerate(frames)
-    ]
+
+    def view_of(index: int) -> ObjectView:
+        f = frames[index]
+        if f is None:
+            return _nothing(frames)
+        return view(f.surface, usable(f.surface, cut), f.color, marks.get(index))
+
+    views = side_by_side(view_of, range(len(frames)))
     with stage("motion"):
         if settings.step is not None and not settings.force:
             refuse_contradicted_step([v.plain() for v in views], cut, settings.step)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from fusion.certainty.looks import PlacedFrame, look
 from fusion.geometry import pose
 from fusion.mesh.mesh import Mesh
+from fusion.recording.ahead import side_by_side
 from fusion.turntable.all_views.joint import WORST, Free, State, fit_jointly
 from fusion.turntable.all_views.loop import choose_edges
 from fusion.turntable.all_views.together import WIDEST
@@ -55,8 +56,11 @@ def pulled(
         return None
     edges = [*pairs, *((j, i) for i, j in pairs)]  # what one sees and the other looks through tells too
     late = motion.print_contradicts
-    seen = [view(f.surface, usable(f.surface, region), None if late else f.color) for _, f in shown]
-    views = _above_plate(seen, motion)
+
+    def view_of(frame: Prepared) -> ObjectView:
+        return view(frame.surface, usable(frame.surface, region), None if late else frame.color)
+
+    views = _above_plate(side_by_side(view_of, (f for _, f in shown)), motion)
     shifts = np.zeros((len(placed), 2)) if motion.shifts is None else motion.shifts[placed]
     state = State(motion.axis, motion.angles[placed], shifts)
     asked = fit_jointly(stack(views), state, edges, JOINT[-1:], Free(1.0), iterations=1)
