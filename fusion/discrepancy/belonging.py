@@ -4,14 +4,19 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from fusion.discrepancy.decisions import FAR
 from fusion.discrepancy.observe.frame_block import FrameBlock
 from fusion.discrepancy.wrapping import NEAR, WRAPS
 from fusion.errors import RecordingError
 from fusion.geometry.camera import Principle
+from fusion.geometry.robust import robust_std
+from fusion.recording.checks.range_or_z import PLAIN, SURE
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import LIGHT_SPEED, MODULATIONS_HZ, Image
 
 FAR_OFF = 0.25  # of the depth, over half of the image: no effect of a sensor but a lost phase (guess)
+
+FEWEST, ROUNDS = 500, 4  # pixels that tell a bow, and how often those far from it are left out
 
 
 def refuse_strangers(blocks: Sequence[FrameBlock], sensor: Sensor) -> None:
@@ -41,6 +46,46 @@ def refuse_strangers(blocks: Sequence[FrameBlock], sensor: Sensor) -> None:
             "check scene.json, the mesh and its unit, the poses (camera to world) and depth_scale, and whether "
             "somebody stands before the camera" + _or_wrapped(block, apart, sensor),
         )
+
+
+def refuse_ranges(blocks: Sequence[FrameBlock]) -> None:
+    """Distances along the rays where depth is stated are told as such: no effect bends the scene as they do.
+
+    Raises:
+        RecordingError: half of the blocks or more are bent as a range is.
+    """
+    bows = [bow for block in blocks if (bow := _bow(block)) is not None]
+    if not bows or abs(float(np.median(bows)) - 1.0) >= PLAIN:
+        return
+    raise RecordingError(
+        "depth that is the distance along the ray",
+        blocks[0].stage.recording.path,
+        f"a scene that bows by {float(np.median(bows)):.2f} of what ranges are longer than depth (0: depth, 1: range), "
+        f"over {len(bows)} stretches of frames",
+        "depth along the optical axis",
+        "convert it with z = d / sqrt(1 + x^2 + y^2)",
+    )
+
+
+def _bow(block: FrameBlock) -> float | None:
+    """How much of what its ray is longer than 1 a pixel is farther than the scene; None where that is not told."""
+    if block.view.depth is None:
+        return None
+    with np.errstate(all="ignore"):
+        off = block.mean / block.view.depth - 1.0
+    inside = np.isfinite(off)
+    rays = block.view.camera.rays()
+    rows = np.dstack([np.ones(off.shape), rays, np.sqrt(1.0 + (rays**2).sum(axis=-1)) - 1.0])
+    for _ in range(ROUNDS):
+        A, b = rows[inside].astype(float), off[inside]
+        if len(b) < FEWEST:
+            return None
+        fit, *_ = np.linalg.lstsq(A, b, rcond=None)
+        left = off - rows @ fit
+        usual = max(robust_std(left[inside]), 1e-9)
+        std = usual * np.sqrt(np.linalg.pinv(A.T @ A)[3, 3])
+        inside = np.isfinite(off) & (np.abs(left) < FAR * usual)
+    return float(fit[3]) if std < SURE else None
 
 
 def _or_wrapped(block: FrameBlock, apart: Image, sensor: Sensor) -> str:

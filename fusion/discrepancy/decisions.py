@@ -14,6 +14,7 @@ SECOND_CAUSE = 8.0
 TYPICAL = float(np.log(3.0))  # an effect that is there has its typical size to this factor (one standard deviation)
 DETECTED = 5.0  # standard deviations from which on an effect can be told
 ALIKE = 0.95  # cosine of two footprints from which on these data do not tell them apart
+LARGEST_SET = 3  # names that a claim may have: more of them name nothing
 CONFIDENCE = 0.95  # of a limit, and the posterior from which on a claim is established
 NOTICED = 4.0  # drop of a chi2: two standard deviations of one number, less contradicts nothing
 FAR = 4.0  # standard deviations from which on a tile counts less

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.belonging import refuse_strangers
+from fusion.discrepancy.belonging import refuse_ranges, refuse_strangers
 from fusion.discrepancy.channels.channel_step import ChannelStep
 from fusion.discrepancy.channels.channels import ChannelFindings, channels_of
 from fusion.discrepancy.channels.grain import as_given, with_grain
@@ -124,8 +124,8 @@ def explain(
         simulated: what any simulator made of the same scenes, in the same order: it stands for the prediction, and
             no mesh is needed. The sensor model counts as in it.
     Raises:
-        FusionError: a scene or pose is not known or is another one's, cameras differ, frames do not match, a
-            recording is given twice, or no tile is left.
+        FusionError: a scene or pose is not known or is another one's, depth is a range, cameras differ, frames do not
+            match, a recording is given twice, or no tile is left.
 
     >>> walls = [fusion.open_recording(f"wall_{i}") for i in range(5)]
     >>> found = fusion.explain(walls, fusion.read_sensor("kinect-v2-indoors"))
@@ -143,6 +143,7 @@ def explain(
         prints.append((recording.path, frozenset().union(*(block.prints for block in seen))))
         refuse_copies(prints)
         blocks += seen
+    refuse_ranges(blocks)
     wrapping = wrapping_of(blocks, sensor)  # all recordings together tell it from another scene
     if wrapping is not None:
         sensor, blocks = wrapping.added_to(sensor), clear_of_turns(blocks, wrapping)
@@ -182,7 +183,7 @@ def explained_looks(blocks: Sequence[FrameBlock], sensor: Sensor, told: tuple[Ch
         blocks = at_likely_poses(blocks, before, covariance)
         ways = _with_covariance(MeasuredForms.of(blocks, before.seen_again(blocks), covariance))
     with stage("naming"):
-        mean = beside_setting(likeliest([explained_mean(seen, grainy) for seen in ways]), ways[0], grainy)
+        mean = beside_setting(likeliest([explained_mean(seen, grainy) for seen in ways]), ways[0], grainy).telling
     with stage("noise"):
         mean, grain = _judged(mean, sensor)
         first = (*told, *(() if shaking is None else (_shaken(shaking),)), *grain)

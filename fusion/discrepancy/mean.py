@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.decisions import NOISE_ALONE
+from fusion.discrepancy.decisions import LARGEST_SET, NOISE_ALONE
 from fusion.discrepancy.held_out import HeldOut, held_out_of
 from fusion.discrepancy.inference.tile_covariance import MeasuredTiles, TileCovariance
 from fusion.discrepancy.naming.naming import Named, name_effects, suggested, unconfirmed
@@ -97,6 +97,25 @@ class MeanFindings:
         """The same with nothing established, and all its laws likely."""
         named = suggested(self.named, self.seen.observations, self.seen.white) if self.named.steps else self.named
         return replace(self, named=named, beyond=self.beyond and self.beyond.unconfirmed)
+
+    @property
+    def telling(self) -> "MeanFindings":
+        """The same with all laws likely that may have too many names: that one of many is there is no finding.
+
+        Beside others that have theirs they stay in the model, whatever they are called.
+        """
+        sets: dict[str, set[str]] = {}
+        for step in self.named.steps:
+            sets.setdefault(step.effect.name, {step.effect.name}).update(step.alike)
+        wide = {name for name, names in sets.items() if len(names) > LARGEST_SET}
+        if not wide:
+            return self
+        if len(wide) == len(sets):
+            return replace(self, named=suggested(self.named, self.seen.observations, self.seen.white))
+        steps, others = (
+            [s for s in self.named.steps if (s.effect.name in wide) == is_wide] for is_wide in (False, True)
+        )
+        return replace(self, named=replace(self.named, steps=tuple(steps), likely=(*others, *self.named.likely)))
 
 
 def explained_mean(seen: MeasuredForms, sensor: Sensor) -> MeanFindings:

@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
 from fusion.calibration.series import PixelSeries
-from fusion.discrepancy.observe.given import GivenImages
 from fusion.errors import RecordingError
 from fusion.recording.recording import Recording
 from fusion.sensor.correction.estimate import estimated_view
@@ -19,6 +18,21 @@ SMOOTH_PX = 7  # over which a simulated depth that has noise is smoothed before 
 SAME_SHARE = 1e-3  # of the depth: frames whose parts agree so well show one scene from one pose
 PARTS = 6  # of the image, in each direction
 SAME_CAMERA = 0.02  # relative difference of focal lengths, beyond which it is another camera
+
+
+@dataclass(frozen=True)
+class GivenImages:
+    """The images of a simulation for the frames of one block.
+
+    The sensor model that goes with it counts as in the images: what is added to the model later changes them.
+    """
+
+    model: Sensor  # that sensor model
+    offset: Image  # (h, w) [m] what the simulation predicts beyond the model's mean for the simulated depth
+    doubt: Image  # (h, w) [m] standard deviation of the simulated mean: its own noise, averaged over its frames
+    lost: Image  # (h, w) share of its frames without a value
+    # (h, w) [m] standard deviation of a frame where the model has no noise; None where it has
+    spread: Image | None = None
 
 
 @dataclass(frozen=True)

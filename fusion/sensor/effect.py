@@ -121,6 +121,10 @@ class Effect:
         """
         return None
 
+    def lit_from(self) -> float | None:
+        """Place [m] on the camera's x axis from where light must reach what has a value; None where none is asked."""
+        return None
+
     def light(self, amplitude: Image, depth: Image, view: View) -> Image:
         """The amplitude (h, w) [count] behind this effect; `depth` is the true one."""
         return amplitude

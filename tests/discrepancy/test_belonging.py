@@ -2,11 +2,12 @@
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 
 import fusion
-from fusion.discrepancy.belonging import refuse_strangers
+from fusion.discrepancy.belonging import refuse_ranges, refuse_strangers
 from fusion.errors import RecordingError
 from fusion.sensor.view import LIGHT_SPEED
 from fusion.simulation.scenes.panel import wall
@@ -55,3 +56,45 @@ def test_a_wall_elsewhere_than_its_poses_say_is_told_by_the_command(tmp_path):
     np.savetxt(poses, rows)
     with pytest.raises(RecordingError, match=r"2\.00 m"):
         fusion.explain([fusion.open_recording(tmp_path / "near")], sensor)
+
+
+def slanted(off, noise=0.003):
+    """A slanted wall of which depths are wrong by some function of depth and of how much longer rays are."""
+    rays = CAMERA.rays()
+    depth = 1.5 / (1.0 - 0.3 * rays[..., 0])
+    longer = np.sqrt(1.0 + (rays**2).sum(axis=-1))
+    mean = off(depth, longer) + noise * np.random.default_rng(1).standard_normal(depth.shape)
+    look = Look(mean, depth)
+    look.view.camera = CAMERA
+    return look
+
+
+def test_distances_along_the_rays_are_told_as_such():
+    with pytest.raises(RecordingError, match="distance along the ray"):
+        refuse_ranges([slanted(lambda depth, longer: depth * longer)] * 3)
+
+
+@pytest.mark.parametrize(
+    "off",
+    [
+        lambda depth, longer: depth,
+        lambda depth, longer: 1.02 * depth + 0.01,
+        lambda depth, longer: depth + 0.02 * np.sin(2 * np.pi * depth * longer / 0.9),
+        lambda depth, longer: depth + 0.05 * (longer - 1.0),
+        lambda depth, longer: np.where(longer > 1.15, 0.8, depth),
+    ],
+)
+def test_laws_and_things_before_a_wall_are_no_ranges(off):
+    refuse_ranges([slanted(off)] * 3)
+
+
+def test_a_recording_of_ranges_is_refused_by_the_command(tmp_path):
+    sensor = fusion.read_sensor("kinect-v1")
+    recorded = fusion.simulate(replace(wall(frames=4), camera=CAMERA), sensor, 1)
+    longer = np.sqrt(1.0 + (CAMERA.rays() ** 2).sum(axis=-1)).astype(np.float32)
+    fusion.write_simulation(tmp_path / "wall", recorded)
+    for file in sorted((tmp_path / "wall" / "depth").glob("*.png")):
+        depth = cv2.imread(str(file), cv2.IMREAD_UNCHANGED)
+        cv2.imwrite(str(file), np.round(depth * longer).astype(np.uint16))
+    with pytest.raises(RecordingError, match="distance along the ray"):
+        fusion.explain([fusion.open_recording(tmp_path / "wall")], sensor)

@@ -7,10 +7,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from made_up_walls import FRAMES, looks_at, sensor_of, view_of
+from scipy.ndimage import gaussian_filter, median_filter
 
 from fusion.discrepancy.edges.rims import Displaced, rims_of, with_edges_at
 from fusion.discrepancy.edges.steps import edge_steps, edges_next, places_of, shown_at_edges
 from fusion.discrepancy.observe.frame_block import FrameBlock
+from fusion.discrepancy.observe.frames import likeness
 from fusion.discrepancy.observe.observations import observe
 from fusion.sensor.effects.optics.defocus import Defocus
 from fusion.sensor.effects.phase.mixed_pixels import MixedPixels
@@ -54,7 +56,7 @@ def board_view(principle, place, sides, right=0.0, wider=0.0):
     return replace(view, depth=depth, edges=known, ir=np.full(depth.shape, 1500.0), reflectance=None)
 
 
-def boards(made_with, sides=2, seed=1, moved=lambda place, rng: {}, shaken=0.0):
+def boards(made_with, sides=2, seed=1, moved=lambda place, rng: {}, shaken=0.0, filtered=None):
     """What a sensor gives of boards from five places; where these really are may differ from what is stated."""
     blocks = []
     for place in range(len(NEAR_M)):
@@ -65,7 +67,8 @@ def boards(made_with, sides=2, seed=1, moved=lambda place, rng: {}, shaken=0.0):
             off = shaken * rng.standard_normal()
             true = board_view(made_with.principle, place, sides, where.get("right", 0.0) + off, where.get("wider", 0.0))
             frames.append(made_with.sample(true.depth, true, None, rng))
-        frames = np.array(frames)
+        frames = np.array(frames if filtered is None else [filtered(frame) for frame in frames])
+        alike = np.mean([likeness(change) for change in np.diff(frames, axis=0)], axis=0)
         stage = SimpleNamespace(
             place=place, sigma_m=0.0005, sigma_rad=0.0005, mesh_sigma_m=None, caster=None, reconstructed=False,
             shape="board", table=None, recording=Taken(place, [SimpleNamespace(depth=frame) for frame in frames]),
@@ -73,7 +76,7 @@ def boards(made_with, sides=2, seed=1, moved=lambda place, rng: {}, shaken=0.0):
         count = np.isfinite(frames).sum(axis=0).astype(np.int32)
         stated = board_view(made_with.principle, place, sides)
         mean, std = frames.mean(axis=0), frames.std(axis=0, ddof=1)
-        blocks.append(FrameBlock(stage, tuple(range(FRAMES)), stated, mean, std, count))
+        blocks.append(FrameBlock(stage, tuple(range(FRAMES)), stated, mean, std, count, alike=alike))
     return blocks
 
 
@@ -124,6 +127,30 @@ NOTHING_MISSING = {
 def test_edges_that_stand_elsewhere_are_no_effect(principle, known, moved):
     for sides in (1, 2):
         assert edge_steps(observed(principle, known=known, sides=sides, moved=moved))[1] == ()
+
+
+def smooth(frame):
+    return gaussian_filter(frame, 0.8)
+
+
+def box(frame):
+    return median_filter(frame, 3)
+
+
+@pytest.mark.parametrize("filtered", [smooth, box])
+@pytest.mark.parametrize("principle", ["itof", "structured_light"])
+def test_a_filter_of_each_frame_is_no_effect_at_an_edge(principle, filtered):
+    for seed in (1, 2):
+        assert edge_steps(observed(principle, moved=surveyed, filtered=filtered, seed=seed))[1] == ()
+
+
+@pytest.mark.parametrize(
+    ("principle", "hidden"), [("itof", Defocus(width=1.6)), ("structured_light", EdgeFattening(window_px=5.0))]
+)
+@pytest.mark.parametrize("filtered", [smooth, box])
+def test_what_a_filter_does_not_make_keeps_its_name(principle, hidden, filtered):
+    (step,) = edge_steps(observed(principle, hidden, moved=surveyed, filtered=filtered))[1]
+    assert step.established and hidden.name in {step.effect.name, *step.alike}
 
 
 def test_one_edge_does_not_tell_how_fat_it_is_and_two_do():

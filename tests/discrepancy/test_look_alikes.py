@@ -1,15 +1,19 @@
 """Look-alikes: what recordings do not tell apart, or what would have to be larger than it can be, and nothing else."""
 
+from dataclasses import replace
+
 import numpy as np
 from made_up_walls import HEIGHT, WALLS, WIDTH, looks_at, sensor_of
 from scipy.ndimage import gaussian_filter
 
 from fusion.discrepancy.inference.tile_covariance import covariance_of
+from fusion.discrepancy.mean import MeasuredForms, explained_mean
 from fusion.discrepancy.naming.naming import Named, name_effects
 from fusion.discrepancy.naming.search.candidates import candidates_of
 from fusion.discrepancy.observe.observations import observe
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects.optics.refraction import Refraction
+from fusion.sensor.effects.phase.cyclic_error import CyclicError
 from fusion.sensor.effects.phase.emitter_parallax import EmitterParallax
 from fusion.sensor.effects.readout.depth_offset import DepthOffset
 from fusion.sensor.effects.triangulation.disparity_distortion import DisparityDistortion
@@ -58,3 +62,22 @@ def test_a_warp_of_the_pattern_that_no_polynomial_follows_is_one():
     warp = gaussian_filter(rng.normal(size=(HEIGHT, WIDTH)), 12)
     steps = named("structured_light", DisparityDistortion(map=0.3 * warp / warp.std())).steps
     assert [step.effect.name for step in steps] == ["disparity_distortion"]
+
+
+def test_a_claim_of_more_names_than_three_is_likely_and_keeps_its_place_in_the_model_beside_others():
+    hidden = CyclicError(amplitude=(0.02,), period=(0.6,))
+    blocks = looks_at(sensor_of("itof", DepthOffset(offset=0.05), hidden), 3)
+    observations = observe(sensor_of("itof"), blocks)
+    mean = explained_mean(MeasuredForms.of(blocks, observations, covariance_of(observations)), sensor_of("itof"))
+    assert {step.effect.name for step in mean.named.steps} == {"depth_offset", "cyclic_error"}
+
+    def told(*wide):
+        steps = [replace(s, alike=("a", "b", "c")) if s.effect.name in wide else s for s in mean.named.steps]
+        named = replace(mean, named=replace(mean.named, steps=tuple(steps))).telling.named
+        return {s.effect.name for s in named.steps}, {s.effect.name for s in named.likely}, named.sensor
+
+    assert mean.telling is mean
+    steps, likely, sensor = told("depth_offset")
+    assert steps == {"cyclic_error"} and "depth_offset" in likely and sensor is mean.named.sensor
+    steps, likely, sensor = told("depth_offset", "cyclic_error")
+    assert not steps and likely == {"cyclic_error", "depth_offset"} and not sensor.effect("depth_offset")

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 from made_up_walls import WALLS, look_at, sensor_of
 
-from fusion.discrepancy.observe.observations import observe, views_of
+from fusion.discrepancy.observe.observations import observe
+from fusion.discrepancy.observe.placements import views_of
 from fusion.geometry.pose import about_axis
 from fusion.sensor.effects.phase.sensor_interference import SensorInterference
 

@@ -25,6 +25,9 @@ LostForm = tuple[Effect, Parameter, Effect | None]
 LEAST_FRAMES = 3
 SIZES = np.geomspace(0.02, 50.0, 33)  # of a typical size, that are tried
 FINE = np.linspace(-1.0, 1.0, 13)  # between two of them, then between two of these
+NEAR = 5.0  # times what pixels see of a shadow, within which the scene is asked for it
+END_PX = 0.4  # by which the number of pixels of a row is off that an interval holds: each end by up to half a pixel
+DRAWS = 200  # of weights of the recordings, by which a spread is told to 5 %
 BEYOND = 3.0  # standard deviations by which a stated value must be off
 EXPLAINED = 0.7  # of what is too much: less, and the name is not the right one
 MOST_STEPS = 2
@@ -158,36 +161,63 @@ def _searched(seen: Validity, effect: Effect, about: Parameter, own: Effect | No
     """The size that explains the missing values best."""
     stated = float(getattr(effect, about.name)) if own is not None else 0.0
     usual = abs(stated) if stated else about.typical
-    sizes = usual * SIZES
+    exact = own is None and seen.exact(effect)
+
+    shares: dict[float, Vector] = {}
     rows: dict[float, Vector] = {}
 
-    def costs(size: float) -> Vector:
-        size = float(np.clip(size, about.low, about.high))
-        if size not in rows:
-            rows[size] = _costs(seen, seen.share(with_value(effect, about, size), own))
-        return rows[size]
+    def cost(sizes: Vector, exact: bool) -> float:
+        for size in np.clip(sizes, about.low, about.high).tolist():
+            if size not in rows:
+                shares[size] = seen.share(with_value(effect, about, size), own, exact)
+                rows[size] = _costs(seen, shares[size], exact)
+        return min(rows, key=lambda size: float(rows[size].sum()))
 
-    step = SIZES[1] / SIZES[0]
-    for size in sizes:
-        costs(size)
+    step, best = SIZES[1] / SIZES[0], cost(usual * SIZES, False)
+    if exact:
+        rows.clear()  # where a shadow is narrow, pixels see another one than there is
+        best = cost(best * SIZES[(SIZES > 1 / NEAR) & (SIZES < NEAR)], True)
     for _ in range(2):
-        best = min(rows, key=lambda size: float(rows[size].sum()))
-        for part in FINE:
-            costs(best * step**part)
+        best = cost(best * step**FINE, exact)
         step = step ** (FINE[1] - FINE[0])
-    best = min(rows, key=lambda size: float(rows[size].sum()))
     tried, table = np.array(list(rows)), np.array(list(rows.values()))
-    others = table.sum(axis=1)[:, None] - table
-    held = np.array([table[int(np.argmin(others[:, g])), g] for g in range(table.shape[1])])
-    near = tried[table.sum(axis=1) < rows[best].sum() + 1.0]
-    std = float(max(np.max(np.abs(near - best)), abs(best) * (step - 1.0)))
-    chosen = with_value(effect, about, best)
-    return Lost(chosen, about, std, own is not None, rows[best], held, seen.share(chosen, own))
+    without = np.argmin(table.sum(axis=1)[:, None] - table, axis=0)
+    held = np.array([_costs(seen, shares[tried[k]])[g] for g, k in enumerate(without)])
+    whole, some = table.sum(axis=1), (shares[best] > LEAST_LOST) | (seen.missing > LEAST_LOST)
+    near = tried[whole < whole.min() + max(1.0, float(whole.min()) / max(1, int(some.sum())))]
+    # tiles of one edge are off together: by how much it moves where other recordings count more (Rubin, 1981)
+    count = table.shape[1]
+    weights = np.random.default_rng(0).exponential(size=(count, DRAWS))
+    apart = np.sqrt((count + 1) / max(count - 1, 1)) * np.std(tried[np.argmin(table @ weights, axis=0)])
+    if exact:
+        about_it = tried[np.abs(np.log(tried / best)) <= np.log(SIZES[1] / SIZES[0])]
+        apart = max(
+            apart, _posed(seen, *(shares[size] for size in (about_it.min(), about_it.max()))) * np.ptp(about_it)
+        )
+    std = float(max(np.max(np.abs(near - best)), abs(best) * (step - 1.0), apart))
+    costs = _costs(seen, shares[best])
+    return Lost(with_value(effect, about, best), about, std, own is not None, costs, held, shares[best])
 
 
-def _costs(seen: Validity, share: Vector) -> Vector:
-    """(recordings,) chi2 of the tiles of each, tamed."""
-    sigma = seen.sigma(share)
+def _posed(seen: Validity, one: Vector, other: Vector) -> float:
+    """Standard deviation of a size, of the way from one share (n,) to another, where all that is seen of a recording
+    stands beside where its pose says, and what is missing ends there."""
+    change, off = other - one, 0.0
+    for place in np.unique(seen.place):
+        patch = next(p for p in seen.patches if p.block.place == place)
+        stage, focal = patch.block.stage, patch.view.camera.fx
+        moved_px = focal * np.hypot(stage.sigma_rad, stage.sigma_m / float(np.nanmedian(patch.depth)))
+        off += (moved_px / seen.patches[0].tiles.side * float(np.abs(change[seen.place == place]).sum())) ** 2
+    return float(np.sqrt(off) / max(float(change @ change), 1e-9))
+
+
+def _costs(seen: Validity, share: Vector, ending: bool = False) -> Vector:
+    """(recordings,) chi2 of the tiles of each, tamed.
+
+    Args:
+        ending: what is missing ends along lines: the pixels of a line go together.
+    """
+    sigma = np.hypot(seen.sigma(share), END_PX / seen.patches[0].tiles.side if ending else 0.0)
     size = np.abs(seen.missing - share) / sigma
     tamed = np.where(size > FAR, 2 * FAR * size - FAR**2, size**2)
     return np.array([tamed[seen.place == g].sum() for g in np.unique(seen.place)])

@@ -13,6 +13,8 @@ from fusion.discrepancy.observe.tiles import tiling
 from fusion.sensor.effect import Effect
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import Image, View
+from fusion.simulation.rendering.casting import Body, CastBodies
+from fusion.simulation.rendering.shadow import lit_of
 
 Vector = NDArray[np.float64]
 
@@ -31,8 +33,12 @@ class Validity:
     predicted: tuple[Image, ...]  # (h, w) per patch, probability by the model
     place: NDArray[np.intp]  # recording of each tile
 
-    def share(self, effect: Effect | None = None, less: Effect | None = None) -> Vector:
-        """(n,) predicted share with one more effect, and without one that the model holds."""
+    def share(self, effect: Effect | None = None, less: Effect | None = None, exact: bool = False) -> Vector:
+        """(n,) predicted share with one more effect, and without one that the model holds.
+
+        Args:
+            exact: where its light falls is asked of the scene itself: pixels see where a shadow ends to a pixel only.
+        """
         parts = []
         for patch, lost in zip(self.patches, self.predicted, strict=True):
             seen = 1.0 - lost
@@ -41,7 +47,8 @@ class Validity:
                     own = np.asarray(less.dropout(patch.depth, patch.view))
                     seen = np.where(own < 1, seen / np.maximum(1 - own, 1e-6), _others(patch, less))
                 if effect is not None:
-                    seen = seen * (1.0 - effect.dropout(patch.depth, patch.view))
+                    view = replace(patch.view, lit=_lit(patch, effect)) if exact else patch.view
+                    seen = seen * (1.0 - effect.dropout(patch.depth, view))
             parts.append(patch.tiles.mean(1.0 - seen))
         return np.concatenate(parts)
 
@@ -49,6 +56,10 @@ class Validity:
         """(n,) standard deviation of the measured share where `share` is expected: every pixel decides for itself."""
         pixels = np.concatenate([patch.tiles.pixels for patch in self.patches])
         return np.sqrt(np.clip(share * (1 - share), 0.0, 0.25) / pixels + FLOOR**2)
+
+    def exact(self, effect: Effect) -> bool:
+        """True where the scene can be asked where the light of an effect falls."""
+        return effect.lit_from() is not None and all(p.block.stage.caster is not None for p in self.patches)
 
     @property
     def observations(self) -> Observations:
@@ -101,6 +112,14 @@ def _predicted(sensor: Sensor, block: FrameBlock) -> Image:
     added = tuple(effect for effect in sensor.effects if effect not in block.given.model.effects)
     more = replace(sensor, effects=added).dropout(block.view.depth, block.view)
     return 1.0 - (1.0 - block.given.lost) * (1.0 - more)
+
+
+def _lit(patch: Patch, effect: Effect) -> Image:
+    """Share (h, w) of each pixel of the tiles that the light of an effect reaches in the scene."""
+    block, x = patch.block, effect.lit_from()
+    assert x is not None and block.stage.caster is not None and block.view.normals is not None
+    view = replace(block.view, depth=np.where(patch.tiles.label >= 0, patch.depth, np.nan))
+    return lit_of(view, block.view.normals, CastBodies((Body(block.stage.caster),), block.T_world_camera), x)
 
 
 def _lost(block: FrameBlock) -> Image:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from fusion.discrepancy.decisions import DETECTED, FAR, NOISE_ALONE
 from fusion.discrepancy.edges.rims import BIN_PX, SIDES, Displaced, Rims
 from fusion.discrepancy.inference.camera_file import USUAL
+from fusion.discrepancy.observe.frames import filter_window
 from fusion.sensor.sensor import Sensor
 
 Vector = NDArray[np.float64]
@@ -18,6 +19,7 @@ OUTLINE_M = 0.001  # by which a thing is larger than its mesh, where nobody said
 ROUGH_PX = 0.1  # by which a straight edge is not straight, and rays not those of the file (guess)
 LEFT = 0.01  # of a gap: what a model of one side leaves open
 OWN = 3  # unknowns of a placement
+STEP = 0.1  # of the share of a filter, by which its change is told
 TURNS = 12  # steps of Gauss and Newton at most
 
 
@@ -61,6 +63,11 @@ class EdgePlaces:
         """Where the unknowns that placements share begin."""
         return OWN * len(self.rims)
 
+    @cached_property
+    def _windows(self) -> list[float]:
+        """(placements,) [px^2] of the filter that the noise of each shows; one that keeps edges shows less there."""
+        return [filter_window(rims.patch.block.alike) for rims in self.rims]
+
     def _outline(self, rims: Rims) -> int:
         """Number of the unknown outline of what stands before a camera."""
         return self._common + 2 + self._shapes.index(rims.patch.block.stage.shape)
@@ -68,11 +75,12 @@ class EdgePlaces:
     @cached_property
     def prior(self) -> Vector:
         """(k,) standard deviations: of u, v [px] and turn [rad] of each placement, of the camera's centre [px], of each
-        outline [m].
+        outline [m], of the share of a filter that edges show.
 
         What is stated of poses is often too small: their tails are those of a Cauchy distribution.
         """
-        out = np.full(self._common + 2 + len(self._shapes), USUAL.cx)
+        out = np.full(self._common + 3 + len(self._shapes), USUAL.cx)
+        out[-1] = 1.0
         for k, rims in enumerate(self.rims):
             stage, focal = rims.patch.block.stage, rims.patch.view.camera.fx
             off = focal * np.hypot(stage.sigma_rad, stage.sigma_m / float(np.median(rims.depth)))
@@ -129,7 +137,7 @@ class EdgePlaces:
             if turn == 0:  # how far edges stand apart as a whole, however steep they are
                 A, white = self._summed(off[0])
             else:
-                A, white = self._straight(best.profiles), np.concatenate(off / self._sigma)
+                A, white = self._straight(sensor, best), np.concatenate(off / self._sigma)
             tried = self._at(sensor, self._solved(A, white + A @ best.moved, best.moved))
             if turn and tried.cost >= best.cost - 0.1:
                 break
@@ -142,7 +150,7 @@ class EdgePlaces:
         still = np.zeros(len(self.prior))
         fit = self._at(one, still)
         white = np.concatenate((self._at(other, still).profiles - fit.profiles) / self._sigma)
-        A = self._straight(fit.profiles)
+        A = self._straight(one, fit)
         left = white - A @ self._solved(A, white, still)
         return float(left @ left) > max(DETECTED**2, NOISE_ALONE * self.telling(fit))
 
@@ -151,12 +159,16 @@ class EdgePlaces:
         """True where edges face both ways in one block."""
         return any(np.any(np.isin((rims.side // 2 + 2) % 4, rims.side // 2)) for rims in self.rims)
 
-    def _straight(self, profiles: Matrix) -> Matrix:
-        """(3 n, k) change of whitened profiles (3, n) by each unknown."""
+    def _straight(self, sensor: Sensor, fit: EdgeFit) -> Matrix:
+        """(3 n, k) change of the whitened profiles of a fit by each unknown."""
         ends = np.cumsum([len(rims) for rims in self.rims])[:-1]
-        parts = zip(self.rims, np.split(profiles, ends, axis=1), strict=True)
+        parts = zip(self.rims, np.split(fit.profiles, ends, axis=1), strict=True)
         slopes = np.concatenate([_slopes(rims, own, signed=True) for rims, own in parts], axis=1)
-        return np.concatenate(-(slopes / self._sigma)[:, :, None] * self._towards_far)
+        out = np.concatenate(-(slopes / self._sigma)[:, :, None] * self._towards_far)
+        if any(self._windows):
+            more = fit.moved + STEP * (np.arange(len(fit.moved)) == len(fit.moved) - 1)
+            out[:, -1] = np.concatenate((self._at(sensor, more).profiles - fit.profiles) / self._sigma) / STEP
+        return out
 
     def _summed(self, off: Vector) -> tuple[Matrix, Vector]:
         """The displacement of each side of each block as one equation, to `ROUGH_PX`."""
@@ -173,7 +185,9 @@ class EdgePlaces:
         return np.asarray(at)
 
     def _at(self, sensor: Sensor, at: Vector) -> EdgeFit:
-        parts = [rims.predicted(sensor, self.moved(k, at)) for k, rims in enumerate(self.rims)]
+        at = np.append(at[:-1], np.clip(at[-1], 0.0, 1.0))  # a filter makes nothing sharper
+        every = zip(self.rims, self._windows, strict=True)
+        parts = [rims.predicted(sensor, self.moved(k, at), at[-1] * w) for k, (rims, w) in enumerate(every)]
         profiles = np.concatenate(parts, axis=1)
         size = np.abs(self.recorded - profiles) / self._sigma
         tamed = np.where(size > FAR, 2 * FAR * size - FAR**2, size**2).sum(axis=0)

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.discrepancy.edges.filtered import filtered
 from fusion.discrepancy.observe.observations import Patch
 from fusion.discrepancy.observe.outliers import foreign
 from fusion.sensor.effect import Effect
@@ -127,8 +128,8 @@ class Rims:
         total = np.bincount(number, weights=np.nan_to_num(values), minlength=len(self))
         return np.asarray(total / np.maximum(np.bincount(number, minlength=len(self)), 1))
 
-    def predicted(self, sensor: Sensor, moved: Displaced) -> Matrix:
-        """(3, n) what a sensor says where the edges stand elsewhere.
+    def predicted(self, sensor: Sensor, moved: Displaced, window: float = 0.0) -> Matrix:
+        """(3, n) what a sensor says where the edges stand elsewhere, behind a filter [px^2] of each frame.
 
         What else a sensor does to a side is taken out with the level of the side.
         """
@@ -136,7 +137,7 @@ class Rims:
         assert view.depth is not None
         acting = replace(sensor, effects=tuple(effect for effect in sensor.effects if acts_at_edges(type(effect))))
         with np.errstate(all="ignore"):
-            place, between, square = self.profiles(*acting.repeated(view.depth, view))
+            place, between, square = self.profiles(*filtered(*acting.repeated(view.depth, view), window))
         # pixels that jump are on one side in each of the few frames
         return np.array([place, between - square / len(self.patch.block.frames), square])
 

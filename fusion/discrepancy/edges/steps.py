@@ -10,10 +10,11 @@ from scipy.special import chdtrc, logsumexp
 
 from fusion.discrepancy.channels.channel_step import ChannelStep
 from fusion.discrepancy.channels.noise_parameters import USUAL, with_value
-from fusion.discrepancy.decisions import CONFIDENCE, FALSE_ALARM, REPLICATED, SURE, TYPICAL
+from fusion.discrepancy.decisions import CONFIDENCE, FALSE_ALARM, LARGEST_SET, REPLICATED, SURE, TYPICAL
 from fusion.discrepancy.edges.places import EdgeFit, EdgePlaces
 from fusion.discrepancy.edges.rims import acts_at_edges, rims_of
-from fusion.discrepancy.observe.observations import Observations, Patch, views_of
+from fusion.discrepancy.observe.observations import Observations, Patch
+from fusion.discrepancy.observe.placements import views_of
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS
 from fusion.sensor.parameter import Parameter, parameters
@@ -24,7 +25,6 @@ Vector = NDArray[np.float64]
 SIZES = np.geomspace(1 / 8, 8, 13)  # of a typical size, that are tried
 MOST_STEPS = 2
 MOST_SHAKEN_PX = 0.5  # from frame to frame: beyond, mean and scatter of a pixel are of no place
-LARGEST_SET = 3  # names that a claim may have: more of them name nothing
 CONTRAST = 4.0  # of the light across an edge: paint makes that, and no distance (guess)
 ONE = 0.8  # of all gain, that one placement may bring
 

@@ -7,6 +7,7 @@ a plane seen frontally that is the same; at a crease, on a ball and far out on a
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.discrepancy.observe.frames import filter_window
 from fusion.discrepancy.observe.observations import Observations, Patch
 from fusion.sensor.view import Image
 
@@ -17,7 +18,7 @@ def surroundings_columns(observations: Observations) -> NDArray[np.float64]:
     """(n, 2) by how much a mean over a pixel's area and one over a filter's window differ from the middle, in native
     units."""
     # one that keeps edges shows in the noise along a surface, and not down a steep one
-    window = max(_filter(patch) for patch in observations.patches)
+    window = max(filter_window(patch.block.alike) for patch in observations.patches)
     return np.concatenate([np.column_stack(_columns(patch, window)) for patch in observations.patches])
 
 
@@ -35,15 +36,3 @@ def _bent(depth: Image) -> Image:
         depth: (h + 2, w + 2) [m] with what stands around it.
     """
     return 0.5 * (np.diff(depth, 2, axis=1)[1:-1] + np.diff(depth, 2, axis=0)[:, 1:-1])
-
-
-def _filter(patch: Patch) -> float:
-    """[px^2] of the Gaussian window that makes the noise of neighbours as alike as it is, where that is most.
-
-    What pixels far apart share too is no filter's.
-    """
-    if patch.block.alike is None:
-        return 0.0
-    next_to, far = patch.block.alike[:, 1], patch.block.alike[:, -1]
-    shared = np.clip((next_to - far) / np.maximum(1.0 - far, 1e-9), 1e-9, 1.0 - 1e-3)
-    return -0.25 / float(np.log(shared.max()))

@@ -7,13 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.observe.frames import FrameSeries
-from fusion.discrepancy.observe.given import GivenImages
 from fusion.discrepancy.observe.interior import interior
 from fusion.discrepancy.observe.outliers import behind, passing
 from fusion.discrepancy.observe.stage import KnownScene
 from fusion.discrepancy.observe.stage import stage_of as stage_of
 from fusion.discrepancy.observe.tiles import Tiling, tiling
-from fusion.discrepancy.simulated import seen_in
+from fusion.discrepancy.simulated import GivenImages, seen_in
 from fusion.errors import RecordingError
 from fusion.geometry.pose import Array
 from fusion.progress import each

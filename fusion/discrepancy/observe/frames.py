@@ -106,3 +106,18 @@ def _shifted(image: NDArray[Any], apart: int, axis: int) -> tuple[NDArray[Any], 
     """The image without its last pixels and without its first ones, along u (0) or v (1)."""
     end = image.shape[1 - axis] - apart
     return (image[:, :end], image[:, apart:]) if axis == 0 else (image[:end], image[apart:])
+
+
+def filter_window(alike: NDArray[np.float64] | None) -> float:
+    """[px^2] of the Gaussian window that makes the noise of neighbours as alike as it is, where that is most.
+
+    What pixels far apart share too is no filter's.
+
+    Args:
+        alike: (2, k) correlations, see `FrameSeries.alike`.
+    """
+    if alike is None:
+        return 0.0
+    next_to, far = alike[:, 1], alike[:, -1]
+    shared = np.clip((next_to - far) / np.maximum(1.0 - far, 1e-9), 1e-9, 1.0 - 1e-3)
+    return -0.25 / float(np.log(shared.max()))

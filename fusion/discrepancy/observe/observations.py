@@ -13,8 +13,9 @@ from fusion.discrepancy.inference.unrounded import STEP, Unrounded
 from fusion.discrepancy.observe.frame_block import FrameBlock
 from fusion.discrepancy.observe.interior import interior
 from fusion.discrepancy.observe.outliers import foreign
+from fusion.discrepancy.observe.placements import views_of
+from fusion.discrepancy.observe.things import things
 from fusion.discrepancy.observe.tiles import SIDE_PX, Tiling, tiling
-from fusion.geometry.pose import Array, angle, inverse
 from fusion.recording.ahead import side_by_side
 from fusion.sensor.effect import Effect
 from fusion.sensor.parameter import parameters
@@ -25,7 +26,6 @@ from fusion.sensor.where import VARIABLES
 MOST_TILES = 2800  # time grows with the third power: with more, tiles are larger; these take a minute on two cores
 LARGEST_PX = 64
 SERIES = 5  # blocks of one recording from which on its tiles are larger where they are many, to keep the numbers few
-TURNED, MOVED = 0.1, 0.1  # [rad], [m] guess: another side of a thing, beyond what a pose is off
 
 
 @dataclass(frozen=True)
@@ -208,9 +208,12 @@ def observe(sensor: Sensor, blocks: Sequence[FrameBlock], most: int | None = Non
     """Predict every block with a sensor model and cut it into tiles, about `most` (`MOST_TILES`) of them."""
     most = most or MOST_TILES
     many = {block.place for block in blocks if sum(other.place == block.place for other in blocks) > SERIES}
-    patches = [_patch(sensor, block, 1) for block in blocks]
+    seen = [_patch(sensor, block) for block in blocks]
+    usable = [_usable(patch) & ~strange for patch, strange in zip(seen, things(seen), strict=True)]
+    patches = [replace(p, tiles=tiling(inside)) for p, inside in zip(seen, usable, strict=True)]
     if many and sum(len(patch.tiles) for patch in patches) > most // 4:  # of a small thing fewer would be none
-        patches = [_patch(sensor, p.block, 2) if p.block.place in many else p for p in patches]
+        sides = [SIDE_PX * (1 + (block.place in many)) for block in blocks]
+        patches = [replace(p, tiles=tiling(u, side)) for p, u, side in zip(seen, usable, sides, strict=True)]
     start, side, count = patches, SIDE_PX, sum(len(patch.tiles) for patch in patches)
     while count > most and side < LARGEST_PX:
         # no larger than they must be: what swings within a tile is not seen
@@ -220,16 +223,21 @@ def observe(sensor: Sensor, blocks: Sequence[FrameBlock], most: int | None = Non
     return Observations(sensor, tuple(patches))
 
 
-def _patch(sensor: Sensor, block: FrameBlock, larger: int) -> Patch:
+def _patch(sensor: Sensor, block: FrameBlock) -> Patch:
+    """A block without tiles."""
     depth = block.view.depth
     assert depth is not None
-    view = sensor.seen(block.view)
-    seen = predicted(sensor, block)
+    view, seen = sensor.seen(block.view), predicted(sensor, block)
     with np.errstate(all="ignore"):
         native = view.stretch if view.time_of_flight else -view.focal_baseline / seen.mean**2
-    usable = np.isfinite(seen.mean) & np.isfinite(block.mean) & (block.count >= max(1, len(block.frames) - 1))
-    usable &= interior(view) & ~foreign(block.mean, seen.mean, depth)
-    return Patch(block, sensor, view, seen.mean, seen.sigma, native, tiling(usable, larger * SIDE_PX), seen.steps)
+    return Patch(block, sensor, view, seen.mean, seen.sigma, native, tiling(np.zeros(depth.shape, bool)), seen.steps)
+
+
+def _usable(patch: Patch) -> NDArray[np.bool_]:
+    """Pixels (h, w) that are seen, away from edges, of what the mesh has."""
+    mean, count, frames = patch.block.mean, patch.block.count, len(patch.block.frames)
+    usable = np.isfinite(patch.predicted) & np.isfinite(mean) & (count >= max(1, frames - 1)) & interior(patch.view)
+    return np.asarray(usable & ~foreign(mean, patch.predicted, patch.depth))
 
 
 class Predicted(NamedTuple):
@@ -275,20 +283,3 @@ def frame_views(block: FrameBlock, view: View, effects: Sequence[Effect]) -> lis
 def _swings(effect: Effect) -> bool:
     """True of an effect that swings the depth: it has a frequency in time."""
     return effect.changes("bias") and any(about.unit == "Hz" for about in parameters(effect).values())
-
-
-def views_of(poses: Sequence[Array]) -> list[int]:
-    """Number of the view of each pose T_world_camera (4, 4); near ones share the number of the first."""
-    firsts: list[Array] = []
-    numbers = []
-    for pose in poses:
-        number = next((k for k, first in enumerate(firsts) if _near(first, pose)), len(firsts))
-        if number == len(firsts):
-            firsts.append(pose)
-        numbers.append(number)
-    return numbers
-
-
-def _near(one: Array, other: Array) -> bool:
-    between = inverse(one) @ other
-    return bool(angle(between) < TURNED and np.linalg.norm(between[:3, 3]) < MOVED)

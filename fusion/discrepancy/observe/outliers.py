@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation, binary_opening, binary_propagation
 
 from fusion.discrepancy import decisions
+from fusion.discrepancy.observe.things import RIM_PX, things
 from fusion.geometry.robust import robust_std
 from fusion.sensor.view import Image
 
@@ -17,7 +18,6 @@ if TYPE_CHECKING:
 
 FAR = 0.05  # of the depth beside the rest of the image: effects at their usual size stay below it (guess)
 AWAY = 0.75  # of the frames may show what passes: the scene is what is farther, and seen in the others
-RIM_PX = 5  # around it: mixed pixels, shadows, and light that it sends to its neighbours
 
 
 @dataclass(frozen=True)
@@ -72,11 +72,12 @@ def outliers_of(observations: "Observations") -> list[OutlyingRecording]:
     out: dict[str, str] = {}
     measured = {patch.block.place for patch in observations.patches if patch.block.count.any()}
     empty = {p.block.stage.recording.path.name for p in observations.patches if p.block.place not in measured}
-    for patch in observations.patches:
+    for patch, near in zip(observations.patches, things(observations.patches), strict=True):
         name = patch.block.stage.recording.path.name
         if patch.block.passed:
             out[name] = f"somebody or something passes in {patch.block.passed} of its frames; left out of them"
         where = foreign(patch.block.mean, patch.predicted, patch.depth)
+        where = where if where.any() else near
         if where.any():
             off = np.nanmedian((patch.block.mean - patch.predicted)[where])
             share, side = np.mean(where), "before" if off < 0 else "behind"

@@ -9,8 +9,10 @@ from numpy.typing import NDArray
 from fusion.discrepancy.inference.covariance import neighbours
 from fusion.discrepancy.observe.frame_block import FrameBlock
 from fusion.discrepancy.observe.tiles import SIDE_PX
+from fusion.geometry.pose import Array, angle, inverse
 from fusion.sensor.view import Image
 
+TURNED, MOVED = 0.1, 0.1  # [rad], [m] guess: another side of a thing, beyond what a pose is off
 SAME_POSE = 1e-6  # [m], [rad] rounding of text files
 FLOOR_M = 2e-5  # a hundredth of usual noise (guess): where counts never change, rounding does
 ALIKE = 1.5  # chi2 per square up to which recordings differ by the noise of their frames: 1 +- 0.2 where they do
@@ -78,3 +80,20 @@ def _squares(image: NDArray[np.float64]) -> NDArray[np.float64]:
     """(k,) sums over squares of the image."""
     h, w = (size // SIDE_PX * SIDE_PX for size in image.shape)
     return np.asarray(image[:h, :w].reshape(h // SIDE_PX, SIDE_PX, -1, SIDE_PX).sum(axis=(1, 3)).ravel())
+
+
+def views_of(poses: Sequence[Array]) -> list[int]:
+    """Number of the view of each pose T_world_camera (4, 4); near ones share the number of the first."""
+    firsts: list[Array] = []
+    numbers = []
+    for pose in poses:
+        number = next((k for k, first in enumerate(firsts) if _near(first, pose)), len(firsts))
+        if number == len(firsts):
+            firsts.append(pose)
+        numbers.append(number)
+    return numbers
+
+
+def _near(one: Array, other: Array) -> bool:
+    between = inverse(one) @ other
+    return bool(angle(between) < TURNED and np.linalg.norm(between[:3, 3]) < MOVED)

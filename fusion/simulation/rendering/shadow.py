@@ -35,7 +35,7 @@ def lit_of(view: View, flat: Floats, stage: CastBodies, x: float) -> Image:
         block: Any = part if len(there) == len(rays[part]) else start + there
         points = rays[block] * view.depth.reshape(-1)[block, None]
         reached[block] = _reached(points, normals[block], stage, x)
-    border = _border(lit, seen)
+    border = _border(lit, seen) | _narrow(view, x)
     lit[border] = _shares(view, border, stage, x)
     return lit
 
@@ -56,6 +56,18 @@ def _border(lit: Image, seen: NDArray[np.bool_]) -> NDArray[np.bool_]:
         border[a] |= differs
         border[b] |= differs
     return border
+
+
+def _narrow(view: View, x: float) -> NDArray[np.bool_]:
+    """Pixels (h, w) beside a step of depth that hides a part of them from a projector at x [m]: less than one pixel may
+    lie between those that are lit."""
+    assert view.depth is not None
+    with np.errstate(all="ignore"):
+        width = view.camera.fx * abs(x) * np.abs(np.diff(1.0 / view.depth, axis=1))
+    steps, narrow = width > 1.0 / SPLIT, np.zeros(view.depth.shape, bool)
+    narrow[:, :-1] |= steps
+    narrow[:, 1:] |= steps
+    return narrow
 
 
 def _shares(view: View, border: NDArray[np.bool_], stage: CastBodies, x: float) -> NDArray[np.float32]:

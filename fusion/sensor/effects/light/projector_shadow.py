@@ -42,6 +42,9 @@ class ProjectorShadow(Effect):
             return 1.0 - np.nan_to_num(np.asarray(view.lit, depth.dtype), nan=1.0)
         return shadowed(depth, baseline, view).astype(depth.dtype)
 
+    def lit_from(self) -> float:
+        return float(np.mean(self.baseline))
+
 
 def shadowed(depth: Image, baseline: float, view: View) -> NDArray[np.bool_]:
     """(h, w) True where the projector at `baseline` [m] does not reach the surface of a depth image (h, w) [m].
