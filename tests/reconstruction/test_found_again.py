@@ -1,0 +1,35 @@
+"""A camera that tracking has lost is found by what it sees; pieces are joined where one pair of key frames met."""
+
+import numpy as np
+import pytest
+
+from fusion.geometry.trajectory import trajectory_error
+from fusion.reconstruction.pipeline import reconstruct
+from fusion.reconstruction.settings import ReconstructSettings
+from reference.walked_room import WalkedRoom, round_walk, truth_of
+
+HOW = ReconstructSettings(voxel=0.02, truncation=0.08)
+WALK = round_walk(2.4)
+
+
+def error(result, recording, poses):
+    return trajectory_error(result.trajectory, truth_of(recording, poses)).rmse
+
+
+def test_a_camera_that_jumps_back_to_where_it_was_is_found_at_once():
+    poses = np.concatenate([WALK[:16], WALK[2:6]])  # 50 degrees from one frame to the next
+    recording = WalkedRoom().recording(poses)
+    result = reconstruct(recording, HOW)
+    assert result.trajectory.valid.all() and result.course.pieces == 1
+    assert error(result, recording, poses) < 0.02
+
+
+@pytest.mark.parametrize("back", [13, 15])
+def test_a_piece_that_comes_back_to_the_views_it_left_is_joined(back):
+    poses = np.concatenate([WALK[:16], WALK[28:12:-1], WALK[back : back - 3 : -1]])
+    recording = WalkedRoom().recording(poses)
+    result = reconstruct(recording, HOW)
+    assert result.course.pieces == result.course.joined
+    assert result.trajectory.valid.all()
+    assert error(result, recording, poses) < 0.02
+    assert "Steps" not in {light.subject for light in result.judgement.lights}
