@@ -149,9 +149,10 @@ def _spread(looks: Looks, near: NDArray[np.intp]) -> Array:
     views = 1 / np.maximum(np.sum(share**2, axis=1), 1e-12) * (share.sum(axis=1) > 0)  # Kish 1965: as many alike ones
     free = np.maximum(views - 1, 0)
     # a mean over n views hides a share of 1 / n of the variance
-    squares, expected = (free * x / np.maximum(1 - 1 / np.maximum(views, 1 + 1e-9), 1e-9) for x in (seen, modelled))
+    squares = free * seen / np.maximum(1 - 1 / np.maximum(views, 1 + 1e-9), 1e-9)
     expected = free * modelled
-    usual = squares.sum() / max(float(expected.sum()), 1e-30)
+    # a single view of everything tells nothing of itself: then the model is all that is known
+    usual = float(squares.sum() / expected.sum()) if expected.sum() > 0 else 1.0
     ratio = (_around(squares, near) + WORTH * usual * _around(modelled, near)) / np.maximum(
         _around(expected, near) + WORTH * _around(modelled, near), 1e-30
     )

@@ -70,6 +70,12 @@ def test_a_sample_stands_for_all_frames():
     assert many.parts["noise"] == pytest.approx(few.parts["noise"] / 2, rel=1e-6)
 
 
+def test_of_one_view_the_model_is_all_that_is_known():
+    one = looks_of(np.zeros((VERTICES, 1)), np.zeros((1, 1)))  # a surface lies where its only view has it
+    sure = put_together(flat(VERTICES), np.arange(VERTICES), one, NOTHING, Causes(1, 0.0, 0.0, KNOWN))
+    assert sure.parts["noise"] == pytest.approx(SPREAD, rel=1e-6)
+
+
 def test_a_surface_beside_its_views_is_less_sure():
     off = drawn(0.0, 0.1, np.random.default_rng(4)) + 2e-3
     sure = put_together(flat(VERTICES), np.arange(VERTICES), looks_of(off), NOTHING, NO_BLUR)
