@@ -130,7 +130,8 @@ def _directions(result: Reconstruction) -> Light | None:
     share = 1.0 if np.isinf(lost) else lost / max(known + lost, 1e-9)
     judged = max(level(count / len(result.trajectory), WEAK_SHARE), level(share, UNMEASURED), key=LEVELS.index)
     others = f", {', '.join(other for other, _ in weak.most_common()[1:])} in fewer" if len(weak) > 1 else ""
-    said = f"{name} is fixed by neither the surface nor other views in {count} of {len(result.trajectory)} frames{others}"
+    said = f"{name} is fixed by neither the surface nor other views in {count} of {len(result.trajectory)} frames"
+    said += others
     if np.isinf(lost):
         said += ": how far the camera went is not known"
     elif share > UNMEASURED[0]:
