@@ -5,13 +5,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fusion.coloring.color_mesh import color_mesh
+from fusion.coloring.color_mesh import Colored, color_mesh
 from fusion.errors import TrackingError, VolumeError
 from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.cleanup import without_crumbs
 from fusion.mesh.mesh import Mesh
 from fusion.progress import stage
-from fusion.reconstruction.colors_apart import colors_apart
 from fusion.reconstruction.course import Straightened, straighten
 from fusion.reconstruction.planning import Plan, object_after_all, plan
 from fusion.reconstruction.result import Reconstruction
@@ -24,7 +23,7 @@ from fusion.recording.checks.stillness import check_camera_moves
 from fusion.recording.looking.doctor import fit_to_scan, quick_look, refuse_if_certain
 from fusion.recording.recording import Recording
 from fusion.results.choices import LensUsed, ReconstructionChoices
-from fusion.results.color_light import color_lights
+from fusion.results.color_light import color_lights, colors_apart
 from fusion.results.course import off_course
 from fusion.results.light import Light, note
 from fusion.sensor.correction.corrected_recording import corrected_recording
@@ -132,7 +131,7 @@ class _Made:
 def _result(recording: Recording, settings: ReconstructSettings, results: list[Tracked], made: _Made) -> Reconstruction:
     volume, chosen = made.volume, made.plan
     trajectory = Trajectory(recording.timestamps, np.stack([r.T_world_camera for r in results]))
-    colored = color_mesh(made.mesh, recording, trajectory)
+    colored = color_mesh(made.mesh, recording, trajectory) if settings.color else Colored(made.mesh)
     told = ReconstructionChoices(
         **vars(colored.figures()),
         camera=LensUsed.of(recording.camera),

@@ -93,7 +93,7 @@ class Placer:
         if here.landmarks is None or len(here.landmarks) < SIGHTED:
             return
         own = [other for other in reversed(self.keyframes.found) if other.piece == self.piece]
-        for other in own[:: -(-len(own) // LOOKED)]:
+        for other in own[:: max(-(-len(own) // LOOKED), 1)]:
             seen = landmark_edge([other, here], 0, 1, doubtful=True)
             if seen is not None:
                 yield other.T_world_camera @ seen.T_i_j

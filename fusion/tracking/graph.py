@@ -24,9 +24,7 @@ SETTLED = 1e-5  # [rad], [m]
 # squared error, in variances, up to which a doubtful edge is believed: six directions at four standard deviations
 BELIEVED = 6 * 4.0**2
 EASED = 1.4  # by which the loss comes nearer to its final form in each iteration (the paper's)
-TURN = (
-    0.5  # [rad] largest turn of a step: a twist is a motion for small ones alone, and loose poses would fly off (guess)
-)
+TURN = 0.5  # [rad] largest turn of a step: linear steps hold for small ones, and loose poses would fly off (guess)
 LOOSE = 1e-6  # of the largest information: keeps what no edge fixes where it is
 
 

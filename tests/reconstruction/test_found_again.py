@@ -5,7 +5,12 @@ import pytest
 
 from fusion.geometry.trajectory import trajectory_error
 from fusion.reconstruction.pipeline import reconstruct
+from fusion.reconstruction.placing import Placer
 from fusion.reconstruction.settings import ReconstructSettings
+from fusion.sensor.sensor import Sensor
+from fusion.volume.prepared import prepare
+from fusion.volume.settings import VolumeSettings
+from fusion.volume.volume import Volume
 from reference.walked_room import WalkedRoom, round_walk, truth_of
 
 HOW = ReconstructSettings(voxel=0.02, truncation=0.08)
@@ -33,3 +38,10 @@ def test_a_piece_that_comes_back_to_the_views_it_left_is_joined(back):
     assert result.trajectory.valid.all()
     assert error(result, recording, poses) < 0.02
     assert "Steps" not in {light.subject for light in result.judgement.lights}
+
+
+def test_a_piece_without_a_key_frame_recognises_nothing():
+    """Key frames are thinned out where they are many, and may leave a short piece without one."""
+    recording = WalkedRoom().recording(WALK[:1])
+    placer = Placer(recording, HOW, Volume(VolumeSettings(voxel=0.02, truncation=0.08)))
+    assert not list(placer._recognised(prepare(recording[0], recording.camera, Sensor())))

@@ -6,6 +6,7 @@ import numpy as np
 
 from fusion.geometry.pose import Array, angle, inverse, transform
 from fusion.geometry.robust import EFFECTIVE
+from fusion.reconstruction.loops.correction import OFF
 from fusion.reconstruction.loops.keyframes import Keyframe
 from fusion.tracking.both_sides import by_relief
 from fusion.tracking.graph import Edge
@@ -27,16 +28,12 @@ NONE = 1e-9  # of that: where a direction has no information, it is as good as o
 DISAGREE = 0.15, np.deg2rad(5)  # [m], [rad] by which surface and landmarks may differ in what they say (guess)
 # tracking from one key frame to the next may miss all of the motion, before a wall: a third of what lies between them
 TRACKED = 0.05, np.deg2rad(2.5)
-HELD = (
-    0.01,
-    np.deg2rad(0.5),
-)  # where the surface left nothing open on the way: the noise of a frame, see `correction.OFF`
 
 
 def tracked_edge(frames: Sequence[Keyframe], i: int, j: int) -> Edge:
     """As both were tracked."""
     T = inverse(frames[i].T_world_camera) @ frames[j].T_world_camera
-    shift, turn = HELD if frames[j].held else TRACKED
+    shift, turn = OFF if frames[j].held else TRACKED  # the noise of a frame, where the surface left nothing open
     information = np.diag(np.repeat([turn**-2.0, shift**-2.0], 3))
     return Edge(i, j, T, information, T[:3, 3], doubtful=True, kind="tracked")
 
@@ -71,8 +68,14 @@ def seen_edge(
 def fixed(edge: Edge) -> bool:
     """An edge leaves no direction open: walls alone fit wherever one slides along them."""
     unit = np.repeat(FIXED[::-1], 3)
-    open_to = np.linalg.inv(unit[:, None] * edge.information * unit + NONE * np.eye(6))
-    return bool(np.diag(open_to).max() < 1)
+    spread = np.linalg.inv(unit[:, None] * edge.information * unit + NONE * np.eye(6)) * np.outer(unit, unit)
+    return bool(within_fixed(spread))
+
+
+def within_fixed(spread: Array) -> Array:
+    """Whether covariances (..., 6, 6) of twists [rad], [m] leave no direction open, (...)."""
+    unit = np.repeat(FIXED[::-1], 3)
+    return np.asarray((np.einsum("...ii->...i", spread) < unit**2).all(axis=-1))
 
 
 def landmark_edge(frames: Sequence[Keyframe], i: int, j: int, doubtful: bool) -> Edge | None:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from fusion.certainty.looks import Looks
 from fusion.geometry.pose import Array, inverse, transform
-from fusion.reconstruction.loops.edges import CLOSE, FIXED, landmark_edge, surface_edge, tracked_edge
+from fusion.reconstruction.loops.edges import CLOSE, FIXED, landmark_edge, surface_edge, tracked_edge, within_fixed
 from fusion.reconstruction.loops.keyframes import Keyframe
 from fusion.reconstruction.loops.overlap import overlaps
 from fusion.tracking.graph import BELIEVED, LOOSE, Edge, held, linear, normal, settle, vectors
@@ -121,10 +121,11 @@ class PoseNetwork:
 
     def missed(self, kind: str) -> float:
         """Squares by which edges of a kind miss all others, over what they state; NaN where they are few."""
-        believed, _ = weighed(self.poses[self.index], self.edges)
-        pairs = zip(self.edges, believed, strict=True)
-        factors = [np.trace(a.information) / np.trace(b.information) for a, b in pairs if a.kind == kind]
-        return float(factors[0]) if len(factors) > FEW * len(self.frames) else float("nan")
+        own = [k for k, edge in enumerate(self.edges) if edge.kind == kind]
+        if len(own) <= FEW * len(self.frames):
+            return float("nan")
+        believed = weighed(self.poses[self.index], self.edges)[0][own[0]]  # one factor for all of a kind
+        return float(np.trace(self.edges[own[0]].information) / np.trace(believed.information))
 
     def known(self) -> NDArray[np.bool_]:
         """(m,) those of which it is known where they stand, seen from the one before, as well as an edge fixes it."""
@@ -134,8 +135,7 @@ class PoseNetwork:
         ways = [Edge(k, k + 1, T, np.eye(6), c) for k, (T, c) in enumerate(zip(steps, middles, strict=True))]
         # surfaces that slid together agree well: what edges state is not believed to be better than that
         spread = _between(weighed(poses, self.edges, least=1.0)[1], linear(poses, ways)[0], ways)
-        sigma = np.sqrt(np.einsum("mii->mi", spread))
-        return np.append(True, (sigma[:, :3].max(axis=1) < FIXED[1]) & (sigma[:, 3:].max(axis=1) < FIXED[0]))
+        return np.append(True, within_fixed(spread))
 
     def errors(self, poses: Array) -> PoseErrors:
         """What poses (n, 4, 4) of all frames of the recording may be wrong by together."""

@@ -24,7 +24,6 @@ from numpy.typing import NDArray
 from fusion.geometry.trajectory import Trajectory
 from fusion.reconstruction.pipeline import reconstruct
 from fusion.reconstruction.result import Reconstruction
-from fusion.reconstruction.settings import ReconstructSettings
 from fusion.recording.open import open_recording
 from fusion.recording.recording import Recording
 from fusion.results.course import off_course
@@ -42,7 +41,7 @@ def shared() -> Path:
 
 def ours(recording: Recording) -> Reconstruction:
     """Frame-to-model tracking, every setting as by default: that this is a room is found by itself."""
-    return reconstruct(recording, ReconstructSettings())
+    return reconstruct(recording)
 
 
 def first(recording: Recording, frames: int) -> Recording:
