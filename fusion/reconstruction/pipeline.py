@@ -12,6 +12,7 @@ from fusion.mesh.cleanup import without_crumbs
 from fusion.mesh.mesh import Mesh
 from fusion.progress import stage
 from fusion.reconstruction.course import Straightened, straighten
+from fusion.reconstruction.focal_length import focal_lights
 from fusion.reconstruction.planning import Plan, object_after_all, plan
 from fusion.reconstruction.result import Reconstruction
 from fusion.reconstruction.settings import ReconstructSettings
@@ -78,9 +79,12 @@ def reconstruct(recording: Recording, settings: ReconstructSettings | None = Non
         raise VolumeError("nothing was fused", recording.path, "no surface", do="check --box and --max-depth")
     said = [*asked, *chosen.warnings, *(("warning", text) for text in recording.warnings)]
     notes = [note("Recording", *one) for one in said] + [note("Correction", "warning", x) for x in told.doubtful]
-    notes += [] if straight.colors_missed is None else [colors_apart(straight.colors_missed)]
+    poses = np.stack([r.T_world_camera for r in results])
+    if straight.colors_missed is not None:
+        notes.append(colors_apart(straight.colors_missed))
+    else:
+        notes += focal_lights(tracked.keyframes, poses, recording.camera)
     with stage("sigma"):
-        poses = np.stack([r.T_world_camera for r in results])
         errors = None if straight.network is None else straight.network.errors(poses)
         sure = walk_sigma(mesh, frames, poses, errors, FusedWith(settings.sensor, volume.settings))
     made = _Made(sure.onto(mesh), volume, chosen, band, straight, sensor, told, notes)

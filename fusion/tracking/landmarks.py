@@ -45,9 +45,15 @@ class Met:
     """Two images that show the same."""
 
     T_a_b: Array  # (4, 4)
-    count: int  # landmarks that agree
+    left: NDArray[np.int64]  # (m,) landmarks of a that agree
+    right: NDArray[np.int64]  # (m,) the same ones of b
     information: Array  # (6, 6) inverse covariance of a left twist, turns about `centre`: [rad], [m]
     centre: Array  # (3,) in the frame of a [m]
+
+    @property
+    def count(self) -> int:
+        """Landmarks that agree."""
+        return len(self.left)
 
 
 def landmarks(grey: NDArray[np.uint8], surface: PointMap) -> Landmarks:
@@ -95,7 +101,7 @@ def meet(a: Landmarks, b: Landmarks) -> Met | None:
     if best.sum() < FEWEST:
         return None
     information, centre = _information(targets[best], sigma[best])
-    return Met(T, int(best.sum()), information, centre)
+    return Met(T, left[best], right[best], information, centre)
 
 
 def _matches(a: NDArray[Any], b: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

@@ -416,6 +416,15 @@ def test_a_wall_of_a_wrong_distance_is_named_and_left_out(off):
     assert there == pytest.approx(walls[wrong].distance - off, abs=3 * LASER)
 
 
+@pytest.mark.parametrize(("wrong", "off"), [(2, 0.02), (6, 0.01)])
+def test_what_a_wrong_wall_does_to_the_law_does_not_hide_it(wrong, off):
+    """It draws the law, and all others, towards itself."""
+    walls = walls_of(SL, (DepthScale(0.012), DepthOffset(0.008)))
+    walls[wrong] = replace(walls[wrong], distance=walls[wrong].distance + off)
+    found = calibrate_walls(walls, start([_Recording(SL)], None, None), surface=False)
+    assert found.notes[0][1].startswith(f"{walls[wrong].name} is left out") and len(found.walls) == len(walls) - 1
+
+
 def test_two_walls_whose_distances_were_swapped_are_both_named():
     walls = walls_of(SL, (DisparityOffset(0.4),))
     one, other = walls[3], walls[4]

@@ -12,7 +12,7 @@ from fusion.calibration.depth.laws.choice import choose, promising, refused
 from fusion.calibration.depth.laws.fitted import FitSetting, Fitted, finish
 from fusion.calibration.depth.laws.harmonics import harmonics
 from fusion.calibration.depth.laws.information import evidence_of, information_of
-from fusion.calibration.depth.laws.misstated import BETTER, MOST, misstated, told
+from fusion.calibration.depth.laws.misstated import BETTER, MOST, misstated, stands_wrong, told
 from fusion.calibration.depth.laws.placed import placed
 from fusion.calibration.depth.laws.selection import JudgedLaw, Problem, fit, judge, judge_all, level
 from fusion.calibration.depth.laws.terms import LawTerm, gloss_term
@@ -152,9 +152,7 @@ def calibrate_depth(recordings: Sequence[Recording], settings: DepthSettings | N
 
 
 def calibrate_walls(walls: list[Wall], begin: Start, surface: bool = True) -> DepthCalibration:
-    """The same from walls that are already reduced: along the stated rays, or where walls left out plainly say so along
-    those of the calibrated camera.
-    """
+    """The same from reduced walls, along the stated rays or, where walls left out say so, the calibrated ones."""
     found = _without_misstated(walls, begin, surface)
     if begin.ratio is None:
         return found
@@ -177,7 +175,8 @@ def _without_misstated(walls: list[Wall], begin: Start, surface: bool) -> DepthC
             return first
         left.append(found.walls[which])
         found = _calibrated([wall for wall in found.walls if wall is not left[-1]], begin, surface)
-        if found.best.error < BETTER * first.best.error:
+        wrong = all(stands_wrong(wall, found.sensor, found.camera, found.best) for wall in left)
+        if wrong and found.best.error < BETTER * first.best.error:
             named = [("warning", told(wall, found.sensor, found.camera, len(found.walls))) for wall in left]
             return replace(found, notes=(*named, *found.notes))
     return first
