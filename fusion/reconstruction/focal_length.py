@@ -24,7 +24,7 @@ PAIRS = 60  # are looked at, in even steps through all that there are
 FEWEST = 8  # of them tell how far they disagree (guess)
 SYSTEMATIC = 0.005  # of the focal length: what two simulated rooms were off by, whose depth was right
 DOUBT, SURE = 3.0, 5.0  # standard deviations, as for a turning object
-VAGUE = 0.02  # relative standard deviation from which nothing is said, as there
+VAGUE = 0.01  # relative standard deviation from which it is not called right (guess)
 CALIBRATE = "Calibrate the camera (fusion calibrate intrinsics), and the depth."
 
 
@@ -36,25 +36,35 @@ class FocalSeen:
     std: float  # as pairs of views disagree, those that share a view together
     pairs: int
 
+    @property
+    def spread(self) -> float:
+        """Relative standard deviation of what is said."""
+        return float(np.hypot(self.std, SYSTEMATIC))
+
+    @property
+    def stated_std(self) -> float:
+        """What the stated focal length, which is used, may be wrong by: what they ask for, where they are sure."""
+        return max(self.spread, abs(self.relative) if abs(self.relative) > DOUBT * self.spread else 0.0)
+
     def light(self, camera: Camera) -> Light | None:
         """As a sentence; None where they tell too little."""
-        spread = float(np.linalg.norm([self.std, SYSTEMATIC, camera.std.get("fx", 0.0) / camera.fx]))
+        spread = float(np.hypot(self.spread, camera.std.get("fx", 0.0) / camera.fx))
         said = f"({100 * self.relative:+.1f} +- {100 * spread:.1f} %)"
-        if spread > VAGUE:
-            return None
         if abs(self.relative) <= DOUBT * spread:
-            return Light("ok", "Camera", f"The focal length keeps landmarks in shape {said}.")
+            return (
+                None
+                if spread > VAGUE
+                else Light("ok", "Camera", f"Landmarks keep their shape with its focal length {said}.")
+            )
         told = f"Landmarks keep their shape only with fx {camera.fx * (1 + self.relative):.1f} instead of "
         told += f"{camera.fx:.1f} px {said}, or with another depth: lengths are wrong by about as much"
         return Light("bad" if abs(self.relative) > SURE * spread else "warning", "Camera", f"{told}.", CALIBRATE)
 
 
-def focal_lights(frames: Sequence[Keyframe], poses: Array, camera: Camera) -> tuple[Light, ...]:
-    """One light by the key frames of a recording of a camera, with poses (n, 4, 4); none where they tell too little."""
+def focal_of(frames: Sequence[Keyframe], poses: Array) -> FocalSeen | None:
+    """The focal length by the key frames of a recording with poses (n, 4, 4); None where they tell nothing."""
     own = poses[np.array([frame.index for frame in frames], int)]
-    found = focal_seen([frame.landmarks for frame in frames], own, frames[0].surface.camera.fx) if frames else None
-    light = None if found is None else found.light(camera)
-    return () if light is None else (light,)
+    return focal_seen([frame.landmarks for frame in frames], own, frames[0].surface.camera.fx) if frames else None
 
 
 def focal_seen(shown: Sequence[Landmarks | None], poses: Array, fx: float) -> FocalSeen | None:

@@ -12,7 +12,7 @@ from fusion.mesh.cleanup import without_crumbs
 from fusion.mesh.mesh import Mesh
 from fusion.progress import stage
 from fusion.reconstruction.course import Straightened, straighten
-from fusion.reconstruction.focal_length import focal_lights
+from fusion.reconstruction.focal_length import focal_of
 from fusion.reconstruction.planning import Plan, object_after_all, plan
 from fusion.reconstruction.result import Reconstruction
 from fusion.reconstruction.settings import ReconstructSettings
@@ -80,13 +80,13 @@ def reconstruct(recording: Recording, settings: ReconstructSettings | None = Non
     said = [*asked, *chosen.warnings, *(("warning", text) for text in recording.warnings)]
     notes = [note("Recording", *one) for one in said] + [note("Correction", "warning", x) for x in told.doubtful]
     poses = np.stack([r.T_world_camera for r in results])
-    if straight.colors_missed is not None:
-        notes.append(colors_apart(straight.colors_missed))
-    else:
-        notes += focal_lights(tracked.keyframes, poses, recording.camera)
+    notes += [] if straight.colors_missed is None else [colors_apart(straight.colors_missed)]
+    focal = focal_of(tracked.keyframes, poses) if straight.colors_missed is None else None
+    light = None if focal is None else focal.light(recording.camera)
+    notes += [] if light is None else [light]
     with stage("sigma"):
         errors = None if straight.network is None else straight.network.errors(poses)
-        sure = walk_sigma(mesh, frames, poses, errors, FusedWith(settings.sensor, volume.settings))
+        sure = walk_sigma(mesh, frames, poses, errors, FusedWith(settings.sensor, volume.settings, focal))
     made = _Made(sure.onto(mesh), volume, chosen, band, straight, sensor, told, notes)
     return replace(_result(recording, settings, results, made), sure=sure)
 

@@ -10,6 +10,7 @@ from fusion.certainty.sigma import Causes, Sure
 from fusion.certainty.vertex_sigma import blur_px, vertex_sigma_reading
 from fusion.errors import RecordingError
 from fusion.mesh.mesh import Mesh
+from fusion.reconstruction.focal_length import FocalSeen
 from fusion.reconstruction.loops.network import PoseErrors
 from fusion.reconstruction.walk import WalkedFrames
 from fusion.sensor.sensor import Sensor
@@ -21,10 +22,11 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class FusedWith:
-    """The sensor's model that was given, or None where a usual one is assumed; settings of the volume."""
+    """What a mesh was fused with."""
 
-    given: Sensor | None
+    given: Sensor | None  # the sensor's model; None where a usual one is assumed
     volume: VolumeSettings
+    focal: FocalSeen | None  # what landmarks say of the camera
 
 
 def walk_sigma(mesh: Mesh, frames: WalkedFrames, poses: Array, errors: PoseErrors | None, made: FusedWith) -> Sure:
@@ -39,7 +41,8 @@ def walk_sigma(mesh: Mesh, frames: WalkedFrames, poses: Array, errors: PoseError
     placed = poses[np.isfinite(poses).all(axis=(1, 2))]
     middle = mesh.vertices.mean(axis=0)
     distance = float(np.median(np.linalg.norm(placed[:, :3, 3] - middle, axis=1))) if len(placed) else 1.0
-    common = common_errors(camera, made.given, distance)
+    seen = None if made.focal is None else (made.focal.stated_std, np.inf)
+    common = common_errors(camera, made.given, distance, seen)
     pose = None if errors is None else errors.along
     causes = Causes(len(placed), blur_px(frames.sensor, camera), made.volume.voxel, common, pose)
 

@@ -1,5 +1,6 @@
 """Landmarks tell a focal length that is wrong, by their own noise no other one, and nothing where they cannot."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -8,8 +9,11 @@ from scipy.spatial.transform import Rotation
 
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import inverse, pose, transform
-from fusion.reconstruction.focal_length import focal_lights, focal_seen
+from fusion.reconstruction.focal_length import FocalSeen, focal_of, focal_seen
+from fusion.reconstruction.pipeline import reconstruct
+from fusion.reconstruction.settings import ReconstructSettings
 from fusion.tracking.landmarks import Landmarks
+from reference.walked_room import WalkedRoom, round_walk
 
 CAMERA = Camera(320, 240, 290.0, 290.0, 159.5, 119.5)
 VIEWS, STEP = 14, 9.0  # [deg] between them
@@ -64,7 +68,24 @@ def test_what_is_said():
 
 def test_a_camera_that_states_its_doubt_is_believed():
     found = told(*seen(0.018, noise=0.002))
-    assert found.light(replace(CAMERA, std={"fx": 2.9})).level == "ok"
+    assert found.light(CAMERA).level == "warning"
+    assert found.light(replace(CAMERA, std={"fx": 2.9})) is None
+
+
+def test_a_walk_with_a_wrong_camera():
+    recording = WalkedRoom().recording(round_walk(2.0))
+    right = recording.camera.fx
+    camera = replace(recording.camera, fx=0.94 * right, fy=0.94 * recording.camera.fy)
+    result = reconstruct(replace(recording, camera=camera), ReconstructSettings(voxel=0.02, truncation=0.08))
+    (light,) = [light for light in result.judgement.lights if light.subject == "Camera"]
+    said = float(re.search(r"only with fx ([0-9.]+) instead", light.reason)[1])
+    assert light.level == "bad" and said == pytest.approx(right, rel=0.03)
+    assert result.sure.common.told_by == "scan" and result.sure.common.focal > 0.04  # and every vertex says so
+
+
+def test_vague_agreement_is_not_praised():
+    assert FocalSeen(0.02, 0.012, 20).light(CAMERA) is None
+    assert FocalSeen(0.08, 0.012, 20).light(CAMERA).level == "bad"
 
 
 def test_views_of_one_side_say_nothing():
@@ -73,4 +94,4 @@ def test_views_of_one_side_say_nothing():
     shown, poses = seen(0.05)
     assert told([None] * VIEWS, poses) is None
     assert told(shown, np.full_like(poses, np.nan)) is None
-    assert focal_lights([], poses, CAMERA) == ()
+    assert focal_of([], poses) is None
