@@ -51,11 +51,8 @@ class FocalSeen:
         spread = float(np.hypot(self.spread, camera.std.get("fx", 0.0) / camera.fx))
         said = f"({100 * self.relative:+.1f} +- {100 * spread:.1f} %)"
         if abs(self.relative) <= DOUBT * spread:
-            return (
-                None
-                if spread > VAGUE
-                else Light("ok", "Camera", f"Landmarks keep their shape with its focal length {said}.")
-            )
+            kept = f"Landmarks keep their shape with the stated focal length {said}."
+            return None if spread > VAGUE else Light("ok", "Camera", kept)
         told = f"Landmarks keep their shape only with fx {camera.fx * (1 + self.relative):.1f} instead of "
         told += f"{camera.fx:.1f} px {said}, or with another depth: lengths are wrong by about as much"
         return Light("bad" if abs(self.relative) > SURE * spread else "warning", "Camera", f"{told}.", CALIBRATE)
