@@ -15,6 +15,7 @@ FAR_SHARE = (0.1, 0.5)  # of the mesh, farther than 2 mm from the reference
 BIAS_M = (0.001, 0.003)
 LEFT_OUT_SHARE = (0.5, 0.9)  # of the mesh, by --max-distance: a table around an object may be half of it
 MISSING_SHARE = (0.1, 0.3)
+UNSEEN_SHARE = (0.5, 0.9)  # of the reference, which counts as never seen: from one side a half may be
 SCALE = (0.002, 0.01)
 KNOWABLE = (0.05, 0.5)  # of the vertices, beyond three sigma: 0.3 % of normal errors are
 
@@ -35,9 +36,9 @@ def judge_comparison(comparison: Any) -> Judgement:
         lights.append(_left_out(number_of(comparison, "left_out_share")))
     if far:
         share = share_within(far, 0.005)
-        judged = level(1 - share, MISSING_SHARE)
-        do = "Scan what is missing, or pass --seen with the points that the scan could see." if judged != "ok" else ""
         unseen = field_of(comparison, "unseen_share") or 0.0
+        judged = max(level(1 - share, MISSING_SHARE), level(unseen, UNSEEN_SHARE), key=LEVELS.index)
+        do = "Scan what is missing, or pass --seen with the points that the scan could see." if judged != "ok" else ""
         seen = f" that may have been seen ({1 - unseen:.0%} of it)" if unseen > 0 else ""
         reason = f"{share:.1%} of the reference's surface{seen} has mesh within 5 mm."
         lights.append(Light(judged, "Completeness", reason, do))

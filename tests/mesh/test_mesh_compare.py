@@ -230,6 +230,14 @@ def test_the_back_of_a_plate_scanned_from_above_is_unseen():
     assert any("that may have been seen (5" in light.reason for light in judge_comparison(found).lights)
 
 
+@pytest.mark.parametrize(("unseen", "level"), [(0.49, "ok"), (0.55, "warning"), (0.95, "bad")])
+def test_a_reference_that_was_hardly_seen_is_not_complete(unseen, level):
+    """What counts as seen is there wholly: an eighth of an object was complete."""
+    told = {"completeness": {"within": {"0.005": 1.0}}, "unseen_share": unseen}
+    (light,) = judge_comparison(told).lights
+    assert (light.subject, light.level) == ("Completeness", level) and bool(light.do) == (level != "ok")
+
+
 def test_a_mesh_that_is_inside_out_is_still_laid_on_its_reference():
     whole = _object(3)
     part = vertices_kept(whole, whole.vertices[:, 2] > -0.03)
