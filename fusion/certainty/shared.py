@@ -75,7 +75,10 @@ def variogram(looks: Looks) -> tuple[Array, Array, Array]:
 
 
 def _positive(A: Array, b: Array) -> tuple[float, float]:
-    from scipy.optimize import nnls
-
-    own, shared = nnls(A, b)[0]
-    return float(own), float(shared)
+    """Least squares of two unknowns that are no less than 0; scipy's would bring all of its optimisers along."""
+    both, _, rank, _ = np.linalg.lstsq(A, b)
+    if rank == 2 and (both >= 0).all():
+        return float(both[0]), float(both[1])
+    alone = np.maximum(A.T @ b, 0) / np.maximum(np.square(A).sum(axis=0), 1e-300)
+    misfit = np.square(A * alone - b[:, None]).sum(axis=0)
+    return (float(alone[0]), 0.0) if misfit[0] <= misfit[1] else (0.0, float(alone[1]))

@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 import trimesh
+from scipy.optimize import nnls
 
 from fusion.certainty.bend import bend, moved_by_blur
 from fusion.certainty.common import Common, common_errors
 from fusion.certainty.looks import Looks
-from fusion.certainty.shared import NOTHING, Shared, shared_errors
+from fusion.certainty.shared import NOTHING, Shared, _positive, shared_errors
 from fusion.certainty.sigma import Causes, _grown, put_together
 from fusion.certainty.vertex_sigma import vertex_sigma
 from fusion.files.json_values import json_values
@@ -60,6 +61,14 @@ def test_sigma_is_the_spread_of_the_mean(share):
     sure = put_together(flat(VERTICES), np.arange(VERTICES), looks_of(off), Shared(share, reach, SPREAD), NO_BLUR)
     # what 24 views that share much hide of their variance is a fifth of it
     assert sure.parts["noise"] == pytest.approx(np.std(off.mean(axis=1)), rel=0.15)
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_two_parts_that_are_none_below_zero_are_those_of_least_squares(seed):
+    rng = np.random.default_rng(seed)
+    grown = np.column_stack([np.ones(9), 1 - np.exp(-np.sort(rng.uniform(0, 2, 9)))])
+    half = rng.normal(size=9)
+    assert _positive(grown, half) == pytest.approx(tuple(nnls(grown, half)[0]), abs=1e-12)
 
 
 def test_a_sample_stands_for_all_frames():

@@ -57,3 +57,20 @@ def test_a_device_that_is_not_there_is_said(device, said):
     done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0 or said in done.stderr or "this device computes wrong" in done.stderr
     assert done.returncode != 0 or device == "vulkan"  # a machine that has it
+
+
+def test_what_numpy_loads_when_it_is_asked_for_is_loaded_then():
+    program = """
+import sys
+from fusion.compute.process import tune_process
+
+tune_process()
+import scipy.ndimage
+
+assert "unittest" not in sys.modules
+import numpy.testing
+
+numpy.testing.assert_allclose([1.0], [1.0])
+assert "unittest" in sys.modules
+"""
+    subprocess.run([sys.executable, "-c", program], check=True)

@@ -12,7 +12,7 @@ from fusion.recording.images.masks import open_masks
 from fusion.recording.open import open_recording
 from fusion.recording.recording import Frame
 from fusion.recording.writing.write import write_recording
-from fusion.scan.finding.frames import load
+from fusion.scan.finding.frames import load, seen_again
 from fusion.scan.finding.region import find_region
 from fusion.scan.settings import ScanSettings
 from fusion.sensor.sensor import Sensor
@@ -71,3 +71,22 @@ def test_masks_without_depth_are_told(masked):
     blind = replace(recording, load=lambda i: Frame(i, i / 10, nothing))
     with pytest.raises(TrackingError, match="hold no depth"):
         find_region(blind, Sensor(), settings, masks)
+
+
+@pytest.mark.parametrize("with_masks", [False, True])
+def test_another_camera_sees_what_was_read_as_if_it_were_read_anew(masked, with_masks):
+    recording, settings = masked
+    masks = open_masks(settings.mask, recording)
+    region = find_region(recording, Sensor(), settings, masks)
+    before, _ = load(recording, Sensor(), region, masks if with_masks else None)
+    other = replace(recording, camera=replace(CAMERA, fx=150.0, fy=150.0))
+    squeeze = np.array([130 / 150, 130 / 150, 1.0])
+    squeezed = replace(region, low=squeeze * region.low, high=squeeze * region.high)
+    window = squeezed.window(other.camera)
+    assert window == region.window(CAMERA)
+    anew, _ = load(other, Sensor(), squeezed)
+    for again, frame in zip(seen_again(before, other, Sensor(), window), anew, strict=True):
+        assert np.array_equal(again.depth, frame.depth, equal_nan=True)
+        assert np.array_equal(again.surface.points, frame.surface.points, equal_nan=True)
+        assert np.array_equal(again.surface.normals, frame.surface.normals, equal_nan=True)
+        assert np.array_equal(again.weight, frame.weight)

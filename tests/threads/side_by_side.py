@@ -16,10 +16,19 @@ SWITCH = 1e-4  # [s] between two switches of thread: fifty times as often as usu
 PATIENCE = 300  # [s] for both threads
 
 
-def compared(first: Callable[[], Any], second: Callable[[], Any], rounds: int) -> list[str]:
-    """What differs, in words, when two calls are made `rounds` times at once; nothing when all is well."""
+def compared(
+    first: Callable[[], Any],
+    second: Callable[[], Any],
+    rounds: int,
+    expected: list[dict[str, Any]] | None = None,
+) -> list[str]:
+    """What differs, in words, when two calls are made `rounds` times at once; nothing when all is well.
+
+    `expected`: what both gave alone (`flat`), where that is known from an earlier call.
+    """
     calls = (first, second)
-    expected = [flat(call()) for call in calls]
+    if expected is None:
+        expected = [flat(call()) for call in calls]
     found: list[list[str]] = [[], []]
     together = threading.Barrier(len(calls))
 

@@ -7,11 +7,12 @@ import inspect
 from pathlib import Path
 from tempfile import mkdtemp
 from types import FunctionType
+from typing import Any
 
 import calls
 import pytest
 from inputs import Inputs, made
-from side_by_side import compared
+from side_by_side import compared, flat
 
 import fusion
 
@@ -25,30 +26,43 @@ def inputs(tmp_path_factory):
     return [made(folder / str(seed), seed) for seed in (1, 2)]
 
 
-def both(call: calls.Call, inputs: list[Inputs], tmp_path: Path, rounds: int) -> list[str]:
-    """What differs when each thread makes a call with inputs of its own."""
+@pytest.fixture(scope="module")
+def alone():
+    """What calls give by themselves, see `both`: each is made once, for all tests."""
+    return {}
+
+
+def both(
+    call: calls.Call, inputs: list[Inputs], tmp_path: Path, rounds: int, alone: dict[tuple[str, int], dict[str, Any]]
+) -> list[str]:
+    """What differs when each thread makes a call with inputs of its own; `alone`: by the call and its inputs' seed."""
 
     def once(given: Inputs):
         return call(given, Path(mkdtemp(dir=tmp_path)))
 
-    return compared(lambda: once(inputs[0]), lambda: once(inputs[1]), rounds)
+    keys = [(call.__name__, given.seed) for given in inputs]
+    for key, given in zip(keys, inputs, strict=True):
+        if key not in alone:
+            alone[key] = flat(once(given))
+    return compared(lambda: once(inputs[0]), lambda: once(inputs[1]), rounds, [alone[key] for key in keys])
 
 
 @pytest.mark.parametrize("call", calls.LIGHT, ids=lambda call: call.__name__)
-def test_light_calls(call, inputs, tmp_path):
-    assert not both(call, inputs, tmp_path, rounds=1)
+def test_light_calls(call, inputs, tmp_path, alone):
+    assert not both(call, inputs, tmp_path, 1, alone)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("call", calls.HEAVY, ids=lambda call: call.__name__)
-def test_heavy_calls(call, inputs, tmp_path):
-    assert not both(call, inputs, tmp_path, rounds=3)
+def test_heavy_calls(call, inputs, tmp_path, alone):
+    assert not both(call, inputs, tmp_path, 3, alone)
 
 
 @pytest.mark.slow
-def test_the_same_objects_in_both_threads(inputs, tmp_path):
+def test_the_same_objects_in_both_threads(inputs, tmp_path, alone):
     """What is given may be shared: nothing of it is changed."""
-    wrong = {call.__name__: both(call, [inputs[0]] * 2, tmp_path, rounds=2) for call in calls.LIGHT + calls.HEAVY}
+    same = [inputs[0]] * 2
+    wrong = {call.__name__: both(call, same, tmp_path, 2, alone) for call in calls.LIGHT + calls.HEAVY}
     assert not {name: found[:5] for name, found in wrong.items() if found}
 
 

@@ -12,6 +12,7 @@ from fusion.mesh.alignment.units import size
 from fusion.mesh.comparison.distances import Surface, surface_of
 from fusion.mesh.comparison.surface_samples import SurfaceSamples, sample_surface
 from fusion.mesh.mesh import Mesh
+from fusion.recording.ahead import side_by_side
 
 BAD = 0.01  # rms distance over the mesh's size: above, the mirror image is sought in any pose (guess)
 BETTER = 3.0  # times nearer, mirrored: shapes that are nearly their own mirror image gain less (guess)
@@ -37,7 +38,7 @@ def mirrored_note(mesh: Mesh, reference: Mesh, surface: Surface, pose: Similarit
         return []
     other, fit = mirrored(mesh), SurfaceFit(surface, size(reference))
     few = sample_surface(other, _FEW)
-    poses = [fit.run(few, start, False, rounds=20)[0] for start in _reflected(few, pose)]
+    poses = side_by_side(lambda start: fit.run(few, start, False, rounds=20)[0], _reflected(few, pose))
     if rms > BAD * size(mesh):
         poses.append(align_meshes(other, reference, surfaces=(surface_of(other), surface)).similarity())
     samples = sample_surface(other, SAMPLES).points

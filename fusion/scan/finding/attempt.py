@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from fusion.geometry.camera import Camera
 from fusion.recording.images.masks import open_masks
 from fusion.scan.finding.alone import object_alone
-from fusion.scan.finding.frames import load, told_angles
+from fusion.scan.finding.frames import load, seen_again, told_angles
 from fusion.scan.finding.pair_fit import Asked, PairFit, fit_pairs
 from fusion.scan.finding.passing import Clear, without_passing
 from fusion.scan.finding.region import find_region
@@ -86,7 +86,11 @@ def seen_by(camera: Camera, before: Attempt) -> Attempt:
         return attempt(asked, look_below=before.region.below is not None)
     squeeze = np.array([before.camera.fx / camera.fx] * 2 + [1.0])
     region = replace(before.region, low=squeeze * before.region.low, high=squeeze * before.region.high)
-    loaded, _ = load(asked.recording, asked.sensor, region, color=asked.settings.color)
+    window = region.window(camera)
+    if window == before.region.window(before.camera) and not (asked.settings.color and asked.recording.color_is_apart):
+        loaded = seen_again(before.frames, asked.recording, asked.sensor, window)
+    else:
+        loaded, _ = load(asked.recording, asked.sensor, region, color=asked.settings.color)
     both = zip(loaded, before.frames, strict=True)
     frames = [None if f is None or b is None else f.masked(np.isfinite(b.depth)) for f, b in both]
     direction = squeeze * motion.axis.direction

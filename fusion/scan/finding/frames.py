@@ -66,6 +66,21 @@ def load(
     return frames, broken
 
 
+def seen_again(
+    frames: list[Prepared | None], recording: Recording, sensor: Sensor, window: tuple[slice, slice]
+) -> list[Prepared | None]:
+    """Frames that `load` cut to a window, as the recording's camera sees them now: their images are not read anew.
+
+    Their colour stays, as it is where the colour camera is the depth camera.
+    """
+    camera, moments = recording.camera, moments_of(recording)
+    sensor = of_window(sensor, camera.shape, window)
+    return [
+        None if f is None else replace(prepare(f.frame, crop(camera, window), sensor, moments[k]), color=f.color)
+        for k, f in enumerate(frames)
+    ]
+
+
 def told_angles(recording: Recording, settings: ScanSettings) -> Array | None:
     """Table angles [rad] as told, or None."""
     if settings.step is not None:
