@@ -36,7 +36,7 @@ slow: $(TOOLS)
 	$(BIN)/python -m pytest -m "alone"
 
 real: $(TOOLS)
-	$(BIN)/python -m pytest -m real
+	$(BIN)/python -m pytest -m real $(SLOW_SPREAD)
 
 lint: $(TOOLS)
 	$(BIN)/ruff check
