@@ -9,7 +9,7 @@ so that r_B and b cancel. The direct light gives A the irradiance I cos(a) / r_A
 Surfaces that the lamp does not light send nothing, and of more bounces there are none.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,6 +59,9 @@ class _Patches:
     facing: Floats  # cosine of the incidence
     sends: Floats  # reflectance / pi times the solid angle
     area: Floats  # [m^2]
+
+    def part(self, rows: NDArray[np.intp]) -> "_Patches":
+        return _Patches(*(getattr(self, own.name)[rows] for own in fields(self)))
 
 
 def indirect_of(view: View, flat: Floats, stage: CastBodies, bounce: Bounce, lamp: View, lamp_flat: Floats) -> Indirect:
@@ -118,53 +121,45 @@ def _pixel_areas(camera: Camera) -> Image:
 
 def _gathered(patches: _Patches, lit: _Patches, stage: CastBodies | None) -> tuple[Floats, Floats]:
     """Amplitude ratio (n,) and mean extra path (n,) [m] at the points of the patches, of the light of others."""
-    seen, sending = (np.flatnonzero(np.isfinite(some.reach)) for some in (patches, lit))
+    seen, lit = np.flatnonzero(np.isfinite(patches.reach)), lit.part(np.flatnonzero(np.isfinite(lit.reach)))
     ratio, longer = np.zeros(len(patches.reach), np.float32), np.zeros(len(patches.reach), np.float32)
     for start in range(0, len(seen), ROWS):
         rows = seen[start : start + ROWS]
-        light, distance = _exchange(patches, rows, lit, sending)
+        some = patches.part(rows)
+        light, distance = _exchange(some, lit)
         if stage is not None:
-            light *= _unblocked(patches, rows, lit, sending, light, stage)
+            light *= _unblocked(some, lit, light, stage)
         total = light.sum(axis=1)
-        extra = (lit.reach[sending] + distance - patches.reach[rows, None]) / 2
-        ratio[rows] = total * patches.reach[rows] ** 2 / np.maximum(patches.facing[rows], 0.02)
+        extra = (lit.reach + distance - some.reach[:, None]) / 2
+        ratio[rows] = total * some.reach**2 / np.maximum(some.facing, 0.02)
         longer[rows] = (light * extra).sum(axis=1) / np.maximum(total, 1e-30)
     return ratio, longer
 
 
-def _exchange(
-    patches: _Patches, rows: NDArray[np.intp], lit: _Patches, sending: NDArray[np.intp]
-) -> tuple[Floats, Floats]:
-    """Irradiance (rows, sending) at `rows` from `sending`, the lamp's intensity being 1, and their distance [m]."""
-    a, b = patches.points[rows].T[:, :, None], lit.points[sending].T[:, None]
-    n_a, n_b = patches.normals[rows].T[:, :, None], lit.normals[sending].T[:, None]
+def _exchange(some: _Patches, lit: _Patches) -> tuple[Floats, Floats]:
+    """Irradiance (some, lit) that comes to the ones from the others, the lamp's intensity being 1, and how far [m]."""
+    a, b = some.points.T[:, :, None], lit.points.T[:, None]
+    n_a, n_b = some.normals.T[:, :, None], lit.normals.T[:, None]
     x, y, z = (b[axis] - a[axis] for axis in range(3))
     squared = x * x + y * y + z * z
     # d cos a' and d cos b': positive where the surfaces look at each other
     to_b = n_a[0] * x + n_a[1] * y + n_a[2] * z
     to_a = -(n_b[0] * x + n_b[1] * y + n_b[2] * z)
     # a patch of finite size: the disc's 1 / (d^2 + area / pi) instead of 1 / d^2
-    spread = squared + lit.area[sending] / np.pi
+    spread = squared + lit.area / np.pi
     distance = np.sqrt(squared)
-    light = lit.sends[sending] * to_a * to_b / np.maximum(squared * spread, 1e-12)
-    least = GRAZING * distance + ROUNDING * patches.reach[rows, None]
+    light = lit.sends * to_a * to_b / np.maximum(squared * spread, 1e-12)
+    least = GRAZING * distance + ROUNDING * some.reach[:, None]
     light[(to_a < least) | (to_b < least)] = 0
     return light, distance
 
 
-def _unblocked(
-    patches: _Patches,
-    rows: NDArray[np.intp],
-    lit: _Patches,
-    sending: NDArray[np.intp],
-    light: Floats,
-    stage: CastBodies,
-) -> NDArray[np.bool_]:
-    """(rows, sending) False where something stands between two patches that exchange noticeable light."""
+def _unblocked(some: _Patches, lit: _Patches, light: Floats, stage: CastBodies) -> NDArray[np.bool_]:
+    """(some, lit) False where something stands between two patches that exchange noticeable light."""
     free = np.ones(light.shape, bool)
     i, j = np.nonzero(light > FAINT * light.sum(axis=1)[:, None] / light.shape[1])
-    from_, to = (some.points + LIFT * some.points[:, 2:] * some.normals for some in (patches, lit))
-    free[i, j] = ~stage.blocked(from_[rows[i]], to[sending[j]])
+    a, b = (patches.points + LIFT * patches.points[:, 2:] * patches.normals for patches in (some, lit))
+    free[i, j] = ~stage.blocked(a[i], b[j])
     return free
 
 
