@@ -64,21 +64,22 @@ class _Patches:
         return _Patches(*(getattr(self, own.name)[rows] for own in fields(self)))
 
 
-def indirect_of(view: View, flat: Floats, stage: CastBodies, bounce: Bounce, lamp: View, lamp_flat: Floats) -> Indirect:
+def indirect_of(
+    view: View, flat: Floats, stage: CastBodies, bounce: Bounce, lamp: tuple[View, Floats] | None
+) -> Indirect:
     """Ratio and path (h, w) of the light of one bounce; 0 where there is none, or nothing is seen.
 
     Computed at the centres of cells, and between them interpolated along the surface.
 
     Args:
         flat: (h, w, 3) normals of the faces, towards the camera.
-        lamp, lamp_flat: the same of what `bounce` says that the lamp lights.
+        lamp: the same two of what `bounce` says that the lamp lights; None where that is what is seen.
     """
     assert view.depth is not None
     v, u = (_centres(n, bounce.side(view.camera)) for n in view.depth.shape)
-    at, every = np.ix_(v, u), np.ix_(*(np.arange(n) for n in lamp.camera.shape))
-    ratio, longer = _gathered(
-        _patches(view, flat, at), _patches(lamp, lamp_flat, every), stage if bounce.shadows else None
-    )
+    seen = _patches(view, flat, np.ix_(v, u))
+    lit = seen if lamp is None else _patches(lamp[0], lamp[1], np.ix_(*map(np.arange, lamp[0].camera.shape)))
+    ratio, longer = _gathered(seen, lit, stage if bounce.shadows else None)
     coarse = np.dstack([ratio, ratio * longer]).reshape(len(v), len(u), 2)
     fine = _interpolated(coarse, view, flat, v, u)
     with np.errstate(all="ignore"):
@@ -93,11 +94,12 @@ def _centres(pixels: int, cell: int) -> NDArray[np.intp]:
 
 
 def _patches(view: View, flat: Floats, at: tuple[NDArray[np.intp], ...]) -> _Patches:
-    """What some pixels see; each stands for its own area."""
+    """What some pixels see; each stands for as many as there are for each of them."""
     assert view.depth is not None and view.reflectance is not None
     rays, depth = view.camera.rays()[at], view.depth[at]
     stretch = view.stretch[at]
-    solid = _pixel_areas(view.camera)[at] / stretch**3
+    cells = view.depth.size / (at[0].size * at[1].size)  # [px] that each stands for
+    solid = _pixel_areas(view.camera)[at] * cells / stretch**3
     normals = flat[at]
     facing = -(normals * np.dstack([rays, np.ones_like(depth)])).sum(axis=-1) / stretch
     reach = depth * stretch

@@ -86,10 +86,12 @@ def view_of(
     if channels.lit is not None:
         view = replace(view, baseline=channels.lit or view.baseline, lit=lit_of(view, flat, stage, channels.lit))
     if channels.indirect is not None:
-        cells = channels.indirect.lit(camera)
-        lamp = _seen(cells, stage, stage.first(directions(cells)), color)
-        lamp = lamp if paint is None else (paint(lamp[0]), lamp[1])
-        view = replace(view, indirect=indirect_of(view, flat, stage, channels.indirect, *lamp))
+        lamp = None
+        if channels.indirect.beyond:
+            cells = channels.indirect.lit(camera)
+            lamp = _seen(cells, stage, stage.first(directions(cells)), color)
+            lamp = lamp if paint is None else (paint(lamp[0]), lamp[1])
+        view = replace(view, indirect=indirect_of(view, flat, stage, channels.indirect, lamp))
     if channels.motion:
         turning = np.array([body.turning for body in bodies] + [False])[hits.body] & np.isfinite(hits.t)
         velocity = velocity_of(view, stage, hits.body.reshape(wide.shape)[window], camera_twist)
