@@ -10,6 +10,7 @@ Surfaces that the lamp does not light send nothing, and of more bounces there ar
 """
 
 from dataclasses import dataclass, fields
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,6 +50,13 @@ class Bounce:
         )
 
 
+class Lit(NamedTuple):
+    """What the lamp lights, and the normals (h, w, 3) of its faces, towards the camera."""
+
+    view: View
+    flat: Floats
+
+
 @dataclass(frozen=True)
 class _Patches:
     """What the cells of the image see, flattened: points and normals (n, 3), and as (n,) the rest."""
@@ -64,21 +72,19 @@ class _Patches:
         return _Patches(*(getattr(self, own.name)[rows] for own in fields(self)))
 
 
-def indirect_of(
-    view: View, flat: Floats, stage: CastBodies, bounce: Bounce, lamp: tuple[View, Floats] | None
-) -> Indirect:
+def indirect_of(view: View, flat: Floats, stage: CastBodies, bounce: Bounce, lamp: "Lit | None") -> Indirect:
     """Ratio and path (h, w) of the light of one bounce; 0 where there is none, or nothing is seen.
 
     Computed at the centres of cells, and between them interpolated along the surface.
 
     Args:
         flat: (h, w, 3) normals of the faces, towards the camera.
-        lamp: the same two of what `bounce` says that the lamp lights; None where that is what is seen.
+        lamp: what `bounce` says that the lamp lights; None where that is what is seen.
     """
     assert view.depth is not None
     v, u = (_centres(n, bounce.side(view.camera)) for n in view.depth.shape)
     seen = _patches(view, flat, np.ix_(v, u))
-    lit = seen if lamp is None else _patches(lamp[0], lamp[1], np.ix_(*map(np.arange, lamp[0].camera.shape)))
+    lit = seen if lamp is None else _patches(*lamp, np.ix_(*map(np.arange, lamp.view.camera.shape)))
     ratio, longer = _gathered(seen, lit, stage if bounce.shadows else None)
     coarse = np.dstack([ratio, ratio * longer]).reshape(len(v), len(u), 2)
     fine = _interpolated(coarse, view, flat, v, u)

@@ -22,7 +22,7 @@ from fusion.sensor.edges.nearest import REACH_PX
 from fusion.sensor.view import View, incidence_of
 from fusion.simulation.rendering.casting import Body, CastBodies, Floats, Hits, PreparedMesh, directions
 from fusion.simulation.rendering.edges import edges_of
-from fusion.simulation.rendering.indirect import Bounce, indirect_of
+from fusion.simulation.rendering.indirect import Bounce, Lit, indirect_of
 from fusion.simulation.rendering.motion import velocity_of
 from fusion.simulation.rendering.shadow import lit_of
 
@@ -89,8 +89,8 @@ def view_of(
         lamp = None
         if channels.indirect.beyond:
             cells = channels.indirect.lit(camera)
-            lamp = _seen(cells, stage, stage.first(directions(cells)), color)
-            lamp = lamp if paint is None else (paint(lamp[0]), lamp[1])
+            lamp = Lit(*_seen(cells, stage, stage.first(directions(cells)), color))
+            lamp = lamp if paint is None else lamp._replace(view=paint(lamp.view))
         view = replace(view, indirect=indirect_of(view, flat, stage, channels.indirect, lamp))
     if channels.motion:
         turning = np.array([body.turning for body in bodies] + [False])[hits.body] & np.isfinite(hits.t)
