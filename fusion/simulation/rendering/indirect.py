@@ -50,7 +50,7 @@ class Bounce:
         )
 
 
-class Lit(NamedTuple):
+class LampLit(NamedTuple):
     """What the lamp lights, and the normals (h, w, 3) of its faces, towards the camera."""
 
     view: View
@@ -72,7 +72,7 @@ class _Patches:
         return _Patches(*(getattr(self, own.name)[rows] for own in fields(self)))
 
 
-def indirect_of(view: View, flat: Floats, stage: CastBodies, bounce: Bounce, lamp: "Lit | None") -> Indirect:
+def indirect_of(view: View, flat: Floats, stage: CastBodies, bounce: Bounce, lamp: "LampLit | None") -> Indirect:
     """Ratio and path (h, w) of the light of one bounce; 0 where there is none, or nothing is seen.
 
     Computed at the centres of cells, and between them interpolated along the surface.

@@ -22,7 +22,7 @@ from fusion.sensor.edges.nearest import REACH_PX
 from fusion.sensor.view import View, incidence_of
 from fusion.simulation.rendering.casting import Body, CastBodies, Floats, Hits, PreparedMesh, directions
 from fusion.simulation.rendering.edges import edges_of
-from fusion.simulation.rendering.indirect import Bounce, Lit, indirect_of
+from fusion.simulation.rendering.indirect import Bounce, LampLit, indirect_of
 from fusion.simulation.rendering.motion import velocity_of
 from fusion.simulation.rendering.shadow import lit_of
 
@@ -89,7 +89,7 @@ def view_of(
         lamp = None
         if channels.indirect.beyond:
             cells = channels.indirect.lit(camera)
-            lamp = Lit(*_seen(cells, stage, stage.first(directions(cells)), color))
+            lamp = LampLit(*_seen(cells, stage, stage.first(directions(cells)), color))
             lamp = lamp if paint is None else lamp._replace(view=paint(lamp.view))
         view = replace(view, indirect=indirect_of(view, flat, stage, channels.indirect, lamp))
     if channels.motion:
