@@ -4,8 +4,13 @@ from collections.abc import Iterator, Set
 from dataclasses import replace
 from itertools import combinations
 
-from fusion.discrepancy.decisions import CONFIDENCE
+from fusion.discrepancy.decisions import CONFIDENCE, LARGEST_SET
 from fusion.discrepancy.mean import MeanFindings, MeasuredForms, explained_mean, likeliest
+from fusion.discrepancy.naming.effect_part import EffectPart, is_field
+from fusion.discrepancy.naming.refit import partial_residual, refitted
+from fusion.discrepancy.naming.search.candidates import Candidate
+from fusion.discrepancy.naming.search.score import Scored
+from fusion.discrepancy.naming.search.step import scores
 from fusion.discrepancy.observe.likely_pose import at_likely_poses
 from fusion.discrepancy.setting import Explained, posterior, setting_parts, with_laws, without_laws
 from fusion.sensor.sensor import Sensor
@@ -27,7 +32,8 @@ def beside_setting(mean: MeanFindings, stated: MeasuredForms, sensor: Sensor) ->
     )
     if mean.claims and _may_pose_as_laws(free, mean):
         mean = likeliest([mean, _again(mean, stated, free, sensor)])
-    setting = min((free, *_beside_parts(mean, stated.observations.sensor)), key=lambda one: one.cost)
+    beside = *_beside_parts(mean, stated.observations.sensor), *_beside_plainer(mean)
+    setting = min((free, *beside), key=lambda one: one.cost)
     laws = with_laws(mean.seen.observations, mean.seen.covariance, mean.gain if mean.claims else 0.0)
     sure = posterior(laws, setting)
     if not mean.foresees:  # not established, and still what is said where no setting is likelier
@@ -71,6 +77,24 @@ def _beside_parts(mean: MeanFindings, given: Sensor) -> Iterator[Explained]:
         price = sum(step.price for step in mean.named.steps if step.effect.name in kept)
         setting = without_laws(rest, seen.covariance, parts)
         yield replace(setting, cost=setting.cost + price)
+
+
+def _beside_plainer(mean: MeanFindings) -> Iterator[Explained]:
+    """The likeliest settings with a law of few numbers in place of fields: those follow it and a bent target."""
+    seen, steps = mean.seen, mean.named.steps
+    kept = [step for step in steps if not is_field(step.candidate)]
+    plain = [c for c in seen.candidates if not is_field(c) and not c.where]
+    if len(kept) == len(steps) or not plain:
+        return
+    parts = [EffectPart(step.candidate, step.weights) for step in kept]
+    space, target = partial_residual(refitted(parts, seen.observations, seen.covariance), None)
+    found: dict[str, tuple[Candidate, Scored]] = {}
+    for one in sorted(zip(plain, scores(plain, space, target), strict=True), key=lambda one: -one[1].score):
+        found.setdefault(one[0].name, one)
+    for candidate, own in [*found.values()][:LARGEST_SET]:
+        fit = refitted([*parts, EffectPart(candidate, own.weights)], seen.observations, seen.covariance)
+        setting = without_laws(seen.observations.under(fit.sensor), seen.covariance)
+        yield replace(setting, cost=setting.cost + own.gain - own.score + sum(step.price for step in kept))
 
 
 def _with_only(better: Sensor, kept: Set[str], found: Set[str], given: Sensor) -> Sensor:

@@ -101,6 +101,11 @@ class Explanation:
         return _extended(self.named, self.beyond)
 
     @property
+    def white_left(self) -> Vector:
+        """(n,) residual that the laws of the mean leave, in units of the covariance."""
+        return self.named.white - (self.beyond.law.footprint if self.beyond is not None and self.unknown else 0.0)
+
+    @property
     def spread(self) -> bool:
         """True when the noise is not what the given model says."""
         return bool(self.channels.of("noise"))

@@ -1,12 +1,13 @@
 """View: what every pixel looked at, as far as sensor effects ask for it."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.geometry.camera import Camera, Principle
+from fusion.geometry.camera import Camera, Principle, crop
 from fusion.sensor.moment import Moment
 
 Image = NDArray[np.floating]
@@ -96,6 +97,18 @@ class View:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "principle", Principle(self.principle))
+
+    def cut(self, window: tuple[slice, slice]) -> "View":
+        """What a window (rows, columns) of the image shows."""
+
+        def part(value: Any) -> Any:
+            if isinstance(value, (Edges, Indirect)):
+                return replace(value, **{own.name: part(getattr(value, own.name)) for own in fields(value)})
+            inside = isinstance(value, np.ndarray) and value.shape[:2] == self.camera.shape
+            return np.ascontiguousarray(value[window]) if inside else value
+
+        images = {own.name: part(getattr(self, own.name)) for own in fields(self) if own.name != "camera"}
+        return replace(self, camera=crop(self.camera, window), **images)
 
     @property
     def focal_baseline(self) -> float:

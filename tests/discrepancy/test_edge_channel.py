@@ -207,3 +207,22 @@ def test_a_moved_edge_is_the_view_of_a_scene_that_is_moved():
     assert np.allclose(np.cos(moved.edges.direction - true.edges.direction)[near], 1.0)
     (rims,) = [rims_of(patch) for patch in observed("itof").patches[1:2]]
     assert set(rims.side // 2) == {0, 2}  # the wall lies to the right of one edge and to the left of the other
+
+
+def test_upright_hard_edges_are_sought_wherever_softer_ones_find_them(monkeypatch):
+    """All pixels beside an upright edge change sides at once: a search that creeps stands still before it."""
+    monkeypatch.setitem(globals(), "SLANT", 0.0)
+    hard = {"moved": lambda place, rng: {"right": 0.5 * rng.standard_normal()}}
+    for seed in (0, 2):
+        assert edge_steps(observed("structured_light", seed=seed, **hard))[1] == ()
+
+
+def test_a_thing_that_slides_takes_its_slopes_along():
+    stated, rng = board_view("itof", 1, 2), np.random.default_rng(3)
+    u = np.arange(stated.camera.width)[None]
+    slope = np.where(stated.depth > NEAR_M[1] + GAP_M / 2, 0.0, 0.005)  # a side that is seen nearly edge-on
+    for right in 0.6 * rng.standard_normal(4):
+        moved = with_edges_at(replace(stated, depth=stated.depth + slope * (u - 60)), Displaced(u=right))
+        own = (slope > 0) & (stated.edges.distance > abs(right)) & (stated.edges.distance < 7)
+        assert own.sum() > 200
+        assert np.allclose(moved.depth[own], (stated.depth + slope * (u - 60 - right))[own])

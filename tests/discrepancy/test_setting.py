@@ -18,9 +18,11 @@ from fusion.discrepancy.inference.sizes import sizes_of
 from fusion.discrepancy.inference.tile_covariance import covariance_of
 from fusion.discrepancy.observe.observations import observe
 from fusion.discrepancy.setting import posterior, with_laws, without_laws
+from fusion.discrepancy.verdict.verdict import nuisances_of
 from fusion.sensor.effects.phase.cyclic_error import CyclicError
 from fusion.sensor.effects.readout.depth_offset import DepthOffset
 from fusion.sensor.effects.readout.depth_scale import DepthScale
+from fusion.sensor.effects.triangulation.disparity_offset import DisparityOffset
 from fusion.sensor.laws.surface import moved_rigidly, seen_along
 
 WORSE = 8.0
@@ -76,6 +78,28 @@ def test_poses_worse_than_stated_are_no_law(seed):
 def test_bows_of_which_nothing_is_said_are_no_law(seed):
     found = explained_looks(bowed(seed), sensor_of("itof"))
     assert not found.named.steps and not found.unknown
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [3, 4])
+def test_a_law_beside_a_bow_is_no_map_that_follows_both(seed):
+    """A wall that bows with the square of the place is as a distortion of the disparity, at whatever distance."""
+    distances, blocks = (0.7, 0.85, 1.0, 1.25, 1.6, 2.0, 2.5, 3.0), []
+    bows: list[float] = []
+    sensor = sensor_of("structured_light", DisparityOffset(offset=-0.04))
+    for block, distance in zip(looks_at(sensor, seed, [(z, 0, 0) for z in distances]), distances, strict=True):
+        x, y = (block.view.camera.rays()[..., axis] * distance for axis in (0, 1))
+        stage = SimpleNamespace(**{**vars(block.stage), "mesh_sigma_m": None, "shape": "wall"})
+        T_world_camera = np.eye(4)
+        T_world_camera[2, 3] = -distance
+        bow = BOW_M * (2.0 * (x**2 - y**2) + np.sin(3.0 * x + seed))
+        blocks.append(replace(block, mean=block.mean + bow, stage=stage, T_world_camera=T_world_camera))
+        bows.append(np.sqrt(np.mean((bow - bow.mean()) ** 2)))
+    found = explained_looks(blocks, sensor_of("structured_light"))
+    assert [step.effect.name for step in found.named.steps] == ["disparity_offset"]
+    told = nuisances_of(found).shape_rms_m  # of the bow, and not of what the law explains
+    assert 0.5 < told / np.sqrt(np.mean(np.square(bows))) < 2.0
+    assert not found.unknown
 
 
 @pytest.mark.slow

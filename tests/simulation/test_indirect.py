@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fusion.geometry.camera import Camera
+from fusion.geometry.camera import Camera, crop
 from fusion.mesh.mesh import Mesh
 from fusion.simulation.rendering.indirect import FAINT, Bounce
 from fusion.simulation.rendering.render import Channels, render
@@ -98,3 +98,17 @@ def test_coarse_cells_give_nearly_the_same():
 def test_nothing_in_sight_gives_no_light():
     view = render(Mesh(np.zeros((0, 3))), CAMERA, np.eye(4), FINE)
     assert not view.indirect.ratio.any() and not view.indirect.path.any()
+
+
+def test_a_wall_beside_the_image_shines_into_it():
+    """The lamp lights more than the camera sees."""
+    half = crop(CAMERA, (slice(0, CAMERA.height), slice(0, 48)))  # it ends at the crease
+    view = render(corner(0.8, 0.8), half, np.eye(4), Channels(indirect=Bounce(3, beyond=1.0)))
+    points = half.points(view.depth)
+    assert np.nanmax(points[..., 0]) < 0.02
+    for v, u in ((35, 20), (35, 30), (20, 35)):
+        ratio, path = integral(points[v, u].astype(float), 0.8)
+        assert view.indirect.ratio[v, u] == pytest.approx(ratio, rel=0.05)
+        assert view.indirect.path[v, u] == pytest.approx(path, rel=0.05)
+    dark = render(corner(0.8, 0.8), half, np.eye(4), Channels(indirect=Bounce(3, beyond=0.0))).indirect
+    assert not dark.ratio[:, :40].any()

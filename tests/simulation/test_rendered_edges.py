@@ -150,3 +150,14 @@ def test_the_outline_of_a_ball_is_a_circle_and_its_curvature_no_edge():
     clear = near & (np.abs(outside) > 0.05)
     assert np.array_equal(view.edges.jump[clear] > 0.5, outside[clear] < 0)
     assert np.array_equal(view.edges.jump[clear] < -0.5, outside[clear] > 0)
+
+
+@pytest.mark.parametrize("beside", [0.7, 3.2])
+def test_an_edge_beside_the_image_is_one_beside_its_pixels(beside):
+    """A camera that stands a little elsewhere has it in its picture."""
+    half = (CAMERA.width - 1 + beside - CAMERA.cx) / CAMERA.fx
+    view = render(joined([square(half, 1.0), square(4, 2.0, grey=100)]), CAMERA, np.eye(4), EDGES)
+    at = np.s_[20:60, -4:]
+    assert np.allclose(view.edges.distance[at], beside + np.arange(3, -1, -1), atol=0.03)
+    assert np.allclose(view.edges.jump[at], 1.0) and np.allclose(view.edges.direction[at], 0.0, atol=0.01)
+    assert view.edges.distance.shape == CAMERA.shape and view.camera is CAMERA

@@ -93,7 +93,7 @@ def sensors(given: Inputs, out: Path) -> Any:
     values = [sensor.predict(given.depth, view), sensor.sample(given.depth, view, None, rng)]
     values += [sensor.sigma(given.depth, None, CAMERA), sensor.weight(given.depth, None, CAMERA)]
     values += [sensor.correct(given.depth, view), sensor.why_not_corrected(effect), sensor.usual(effect)]
-    values += [sensor.doubt(given.depth, view)]
+    values += [sensor.doubt(given.depth, view), view.cut((slice(2, 9), slice(3, 12))).depth]
     values += [sensor.repeated(given.depth, view), sensor.dropout(given.depth, view), sensor.amplitude(view)]
     others = [sensor.effect(effect.name), sensor.having(effect)]
     return values, others, sensor.true_camera(CAMERA), sensor.seen(view), out

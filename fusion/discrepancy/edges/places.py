@@ -129,12 +129,12 @@ class EdgePlaces:
         doubt = np.concatenate([rims.doubt for rims in self.rims], axis=1)
         return np.asarray(np.sqrt(doubt**2 + wander**2 + LEFT**2))
 
-    def under(self, sensor: Sensor) -> EdgeFit:
-        """The profiles of a model at the likeliest places of the edges."""
-        best = self._at(sensor, np.zeros(len(self.prior)))
+    def under(self, sensor: Sensor, start: Vector | None = None) -> EdgeFit:
+        """The profiles of a model at the likeliest places of the edges; from a start (k,) on, where one is known."""
+        best = self._at(sensor, np.zeros(len(self.prior)) if start is None else start)
         for turn in range(TURNS):
             off = self.recorded - best.profiles
-            if turn == 0:  # how far edges stand apart as a whole, however steep they are
+            if turn == 0 and start is None:  # how far edges stand apart as a whole, however steep they are
                 A, white = self._summed(off[0])
             else:
                 A, white = self._straight(sensor, best), np.concatenate(off / self._sigma)

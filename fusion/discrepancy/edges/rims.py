@@ -28,6 +28,7 @@ SIDES = 8  # where the far side lies: to the right, below, to the left, above; e
 FEWEST = 6  # pixels of a bin
 SEEN = 0.5  # of the pixels of a bin that have a value: fewer are chosen, not seen
 LEAST_GAP = 0.02  # of the depth: less is no edge
+SAME_SIDE = 0.5  # of a gap: a neighbour that is farther off is on the other side
 CLEAR = 10.0  # standard deviations of a pixel that a gap must have at least
 
 
@@ -142,6 +143,18 @@ class Rims:
         return np.array([place, between - square / len(self.patch.block.frames), square])
 
 
+def _slid(depth: Image, where: NDArray[np.intp], jump: Vector, shift: Vector, axis: int) -> Vector:
+    """(n,) by how much pixels see another depth of their own side when all that is seen slides by `shift` [px]."""
+    steps = np.diff(depth, axis=axis)
+    first, last = ([(0, 0), (0, 0)] for _ in range(2))
+    first[axis], last[axis] = (1, 0), (0, 1)
+    before, after = (np.pad(steps, ends, constant_values=np.nan).ravel()[where] for ends in (first, last))
+    # what slides in; where that is the other side or not in the image, what slides out
+    ways = np.where(shift > 0, (before, after), (after, before))
+    ways = np.where(np.abs(ways) < SAME_SIDE * jump, ways, np.nan)
+    return -shift * np.nan_to_num(np.where(np.isfinite(ways[0]), ways[0], ways[1]))
+
+
 def _levels(values: Image, level: NDArray[np.intp]) -> Vector:
     """(2 SIDES,) mean of the values (k,) of each level, where there are any."""
     known = np.isfinite(values)
@@ -214,7 +227,8 @@ def with_edges_at(view: View, moved: Displaced) -> View:
     u, v = moved.u - moved.roll * (y - view.camera.cy), moved.v + moved.roll * (x - view.camera.cx)
     away = np.where(jump > 0, moved.outline, -moved.outline) / np.maximum(own + np.minimum(jump, 0), 1e-3)
     distance = distance + u * np.cos(direction) + v * np.sin(direction) + away
-    across = distance < 0
+    across, along = distance < 0, np.abs(jump)
+    own = own + sum(_slid(depth, where, along, shift, axis) for axis, shift in ((1, u), (0, v)))
     with np.errstate(all="ignore"):
         seen = (
             np.where(across, own + jump, own),

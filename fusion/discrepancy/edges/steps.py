@@ -160,6 +160,8 @@ def _step(sensor: Sensor, places: EdgePlaces, now: EdgeFit) -> tuple[Sensor, Cha
     for one in sorted(tried, key=lambda one: one.cost):
         by_name.setdefault(one.form.name, one)
     likeliest = min((one.fits[one.best] for one in tried), key=lambda fit: fit.cost)
+    # hard edges move by whole pixels: softer ones have found where they stand
+    now = min(now, places.under(sensor, likeliest.moved), key=lambda fit: fit.cost)
     inflated = max(1.0, likeliest.cost / places.telling(likeliest))
     nothing, chances = _posterior(tried, now, inflated)
     if nothing > 1 - CONFIDENCE:

@@ -34,7 +34,7 @@ class Unrounded:
             turned = (std / step) ** 2
             spread = np.fmin(sigma / step, _before(np.where(np.isfinite(turned), local_mean(turned), np.nan)))
             frozen = [effect.noise(mean, view) ** 2 for effect in sensor.effects if effect.frozen == "scene"]
-        return cls(rounding, mean, step, spread, np.sqrt(sum(frozen, np.zeros(()))) / step)
+            return cls(rounding, mean, step, spread, np.sqrt(sum(frozen, np.zeros(()))) / step)
 
     def shows(self, inside: NDArray[np.bool_]) -> bool:
         """True where the noise at some pixels (h, w) is small enough not to hide the steps."""

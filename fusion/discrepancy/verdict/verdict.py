@@ -100,7 +100,7 @@ def nuisances_of(found: Explanation) -> Nuisances:
     """Sizes that were found beside what was stated: factor on the errors of poses; shape and drift as depth [m]."""
     loose = found.before.loose
     drift = loose.drift * float(np.sqrt(np.mean(depth_per_native(found.before) ** 2)))
-    pulled = found.covariance.pulled(found.white)
+    pulled = found.covariance.pulled(found.white_left)
     scale, off = mesh_off(found.before, pulled)
     return Nuisances(
         pose_factor=loose.pose,

@@ -81,6 +81,10 @@ def what_it_is(claim: Claim) -> str:
 def size_of(claim: Claim) -> str:
     """How much a claim changes of what one sees; empty where nothing is known of it."""
     size = claim.size
+    if claim.where.text.startswith(AT_EDGES):
+        # what pixels there are off by is a part of the step behind them, whatever the effect
+        told = (f"{plain(name).removesuffix(' px')} {', '.join(values)}" for name, values in numbers_of(claim))
+        return f"{'; '.join(told)} at depth edges"
     if size.rms_m is not None and size.peak_m is not None:
         return f"typically {mm(size.rms_m)}, up to {mm(size.peak_m)}"
     if size.noise_after_m is not None and size.noise_before_m is not None:

@@ -60,8 +60,7 @@ def painted_mask(observations: Observations, energy: Vector) -> NDArray[np.uint8
 
 def footprints_of(found: Explanation, verdict: Verdict) -> list[Footprint]:
     """The established claims of a verdict on the mean depth, with their footprints."""
-    beyond = found.beyond.law.footprint if found.beyond is not None and found.unknown else np.zeros_like(found.white)
-    left = found.named.white - beyond
+    left = found.white_left
     out = []
     for number, claim in enumerate(verdict.missing):
         if claim.channel != "bias":
@@ -69,7 +68,7 @@ def footprints_of(found: Explanation, verdict: Verdict) -> list[Footprint]:
         own = [step.footprint for step in found.named.steps if step.effect.name == claim.effect]
         if not own and not claim.unknown:
             continue  # steps of the stored depths: tiles do not show them
-        white = beyond if claim.unknown else np.sum([np.zeros_like(left), *own], axis=0)
+        white = found.named.white - left if claim.unknown else np.sum([np.zeros_like(left), *own], axis=0)
         out.append(Footprint(number, claim, white, left))
     return out
 

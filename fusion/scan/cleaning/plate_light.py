@@ -25,7 +25,7 @@ USUAL = 0.5  # of the light that a plate of wood or plastic reflects (guess)
 FRAMES = 12  # evenly from the scan
 FACING = 0.2  # least cosine of the incidence at which a view counts
 SEEN = 0.003  # [m] a place is what a pixel sees when it lies so near: a pixel's noise and width
-LIGHT = Channels(indirect=Bounce(cell_px=8))
+LIGHT = Channels(indirect=Bounce(cell_px=8, beyond=0.0))  # the picture holds the plate
 CORNERS = 96
 # [m] of the plate about the axis; what lies so near its height is the plate. Absolute: as plates are made, and bent by
 # a camera's noise

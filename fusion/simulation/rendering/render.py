@@ -15,15 +15,18 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from fusion.geometry.camera import Camera
+from fusion.geometry.camera import Camera, crop
 from fusion.geometry.pose import Array
 from fusion.mesh.mesh import Mesh
+from fusion.sensor.edges.nearest import REACH_PX
 from fusion.sensor.view import View, incidence_of
 from fusion.simulation.rendering.casting import Body, CastBodies, Floats, Hits, PreparedMesh, directions
 from fusion.simulation.rendering.edges import edges_of
-from fusion.simulation.rendering.indirect import Bounce, indirect_of
+from fusion.simulation.rendering.indirect import Bounce, LampLit, indirect_of
 from fusion.simulation.rendering.motion import velocity_of
 from fusion.simulation.rendering.shadow import lit_of
+
+BEYOND_PX = int(REACH_PX) + 1  # of the image, in which edges are looked for
 
 
 @dataclass(frozen=True)
@@ -69,21 +72,30 @@ def view_of(
     """
     channels = channels or Channels()
     bodies = [body for body in bodies if len(body.mesh.faces)]
-    stage = CastBodies(bodies, T_world_camera)
-    hits = stage.first(directions(camera))
-    view, flat = _seen(camera, stage, hits, channels.color or channels.indirect is not None)
+    stage, color = CastBodies(bodies, T_world_camera), channels.color or channels.indirect is not None
+    beyond = BEYOND_PX if channels.edges else 0  # an edge beside the image is one beside its pixels
+    window = slice(beyond, beyond + camera.height), slice(beyond, beyond + camera.width)
+    wide = crop(camera, (slice(-beyond, camera.height + beyond), slice(-beyond, camera.width + beyond)))
+    hits = stage.first(directions(wide))
+    view, flat = _seen(wide, stage, hits, color)
     if paint is not None:
         view = paint(view)
     if channels.edges:
         view = replace(view, edges=edges_of(view, flat, stage))
+        view, flat = replace(view.cut(window), camera=camera), np.ascontiguousarray(flat[window])
     if channels.lit is not None:
         view = replace(view, baseline=channels.lit or view.baseline, lit=lit_of(view, flat, stage, channels.lit))
     if channels.indirect is not None:
-        view = replace(view, indirect=indirect_of(view, flat, stage, channels.indirect))
+        lamp = None
+        if channels.indirect.beyond:
+            cells = channels.indirect.lit(camera)
+            lamp = LampLit(*_seen(cells, stage, stage.first(directions(cells)), color))
+            lamp = lamp if paint is None else lamp._replace(view=paint(lamp.view))
+        view = replace(view, indirect=indirect_of(view, flat, stage, channels.indirect, lamp))
     if channels.motion:
         turning = np.array([body.turning for body in bodies] + [False])[hits.body] & np.isfinite(hits.t)
-        velocity = velocity_of(view, stage, hits.body.reshape(camera.shape), camera_twist)
-        view = replace(view, velocity=velocity, turning=turning.reshape(camera.shape))
+        velocity = velocity_of(view, stage, hits.body.reshape(wide.shape)[window], camera_twist)
+        view = replace(view, velocity=velocity, turning=turning.reshape(wide.shape)[window])
     return view
 
 
