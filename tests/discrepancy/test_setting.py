@@ -83,7 +83,10 @@ def test_bows_of_which_nothing_is_said_are_no_law(seed):
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [3, 4])
 def test_a_law_beside_a_bow_is_no_map_that_follows_both(seed):
-    """A wall that bows with the square of the place is as a distortion of the disparity, at whatever distance."""
+    """A wall that bows with the square of the place is as a distortion of the disparity, at whatever distance.
+
+    Not of all seeds: with 1 a banding of a few steps takes the distortion's part.
+    """
     distances, blocks = (0.7, 0.85, 1.0, 1.25, 1.6, 2.0, 2.5, 3.0), []
     bows: list[float] = []
     sensor = sensor_of("structured_light", DisparityOffset(offset=-0.04))
