@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.decisions import LARGEST_SET, NOISE_ALONE
+from fusion.discrepancy.decisions import LARGEST_SET, NOISE_ALONE, SURE
 from fusion.discrepancy.held_out import HeldOut, held_out_of
 from fusion.discrepancy.inference.tile_covariance import MeasuredTiles, TileCovariance
 from fusion.discrepancy.naming.naming import Named, name_effects, suggested, unconfirmed
@@ -102,12 +102,16 @@ class MeanFindings:
     def telling(self) -> "MeanFindings":
         """The same with all laws likely that may have too many names: that one of many is there is no finding.
 
-        Beside others that have theirs they stay in the model, whatever they are called.
+        So are those that are not plainly more than nothing beside the others: without them the model must be less
+        likely by `SURE`. Beside laws that are established they stay in the model, whatever they are called.
         """
         sets: dict[str, set[str]] = {}
+        sizes: dict[str, float] = {}  # squared, in standard deviations
         for step in self.named.steps:
-            sets.setdefault(step.effect.name, {step.effect.name}).update(step.alike)
-        wide = {name for name, names in sets.items() if len(names) > LARGEST_SET}
+            name = step.effect.name
+            sets.setdefault(name, {name}).update(step.alike)
+            sizes[name] = max(sizes.get(name, 0.0), 1 / step.std**2)
+        wide = {name for name, names in sets.items() if len(names) > LARGEST_SET or sizes[name] < SURE}
         if not wide:
             return self
         if len(wide) == len(sets):

@@ -64,20 +64,25 @@ def test_a_warp_of_the_pattern_that_no_polynomial_follows_is_one():
     assert [step.effect.name for step in steps] == ["disparity_distortion"]
 
 
-def test_a_claim_of_more_names_than_three_is_likely_and_keeps_its_place_in_the_model_beside_others():
+def test_a_claim_of_too_many_names_or_of_no_sure_size_is_likely_and_keeps_its_place_in_the_model_beside_others():
     hidden = CyclicError(amplitude=(0.02,), period=(0.6,))
     blocks = looks_at(sensor_of("itof", DepthOffset(offset=0.05), hidden), 3)
     observations = observe(sensor_of("itof"), blocks)
     mean = explained_mean(MeasuredForms.of(blocks, observations, covariance_of(observations)), sensor_of("itof"))
     assert {step.effect.name for step in mean.named.steps} == {"depth_offset", "cyclic_error"}
 
-    def told(*wide):
-        steps = [replace(s, alike=("a", "b", "c")) if s.effect.name in wide else s for s in mean.named.steps]
+    def told(*wide, **changed):
+        changed = changed or {"alike": ("a", "b", "c")}
+        steps = [replace(s, **changed) if s.effect.name in wide else s for s in mean.named.steps]
         named = replace(mean, named=replace(mean.named, steps=tuple(steps))).telling.named
         return {s.effect.name for s in named.steps}, {s.effect.name for s in named.likely}, named.sensor
 
     assert mean.telling is mean
     steps, likely, sensor = told("depth_offset")
     assert steps == {"cyclic_error"} and "depth_offset" in likely and sensor is mean.named.sensor
+    # 2.1 +- 1.5 mm were established: the model without it is as likely
+    steps, likely, _ = told("cyclic_error", std=0.7)
+    assert steps == {"depth_offset"} and "cyclic_error" in likely
+    assert told("cyclic_error", std=0.3)[0] == {"depth_offset", "cyclic_error"}
     steps, likely, sensor = told("depth_offset", "cyclic_error")
     assert not steps and likely == {"cyclic_error", "depth_offset"} and not sensor.effect("depth_offset")
