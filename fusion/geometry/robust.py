@@ -8,6 +8,8 @@ CUT = 4.685  # of Tukey's biweight (Holland and Welsch 1977)
 # errors of neighbouring pixels are alike (filters, matching windows, fixed patterns): what one independent
 # equation is worth, a guess until a recording's own noise correlation is measured
 EFFECTIVE = 0.005
+SURE = 5.0  # standard deviations from which a scan contradicts a camera, or that nothing was pushed
+DOUBT = 3.0  # the same from which it is said
 
 
 def robust_std(deviations: NDArray[np.floating]) -> float:

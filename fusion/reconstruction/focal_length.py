@@ -15,15 +15,15 @@ from numpy.typing import NDArray
 
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import Array, angle, inverse, transform
+from fusion.geometry.robust import DOUBT, SURE
 from fusion.reconstruction.loops.keyframes import Keyframe
 from fusion.results.light import Light
-from fusion.tracking.landmarks import PLACED, Landmarks, meet
+from fusion.tracking.landmarks import PLACED, Landmarks, meet, moved_by
 
 TURNED = np.deg2rad(15), np.deg2rad(60)  # between two views: less shows no shape from elsewhere, more no landmark
 PAIRS = 60  # are looked at, in even steps through all that there are
 FEWEST = 8  # of them tell how far they disagree (guess)
 SYSTEMATIC = 0.005  # of the focal length: what two simulated rooms were off by, whose depth was right
-DOUBT, SURE = 3.0, 5.0  # standard deviations, as for a turning object
 VAGUE = 0.01  # relative standard deviation from which it is not called right (guess)
 CALIBRATE = "Calibrate the camera (fusion calibrate intrinsics), and the depth."
 
@@ -108,9 +108,7 @@ def _strained(a: Landmarks | None, b: Landmarks | None, fx: float) -> Array | No
     best = here - (left @ np.linalg.solve(both, off[:, :, None]))[:, :, 0]
     across = np.diag([1.0, 1.0, 0.0])
     strain = best @ across - (best - T[:3, 3]) @ R @ across @ R.T
-    arms = np.cross(np.eye(3)[:, None], best - best.mean(axis=0))  # what turns about x, y and z move each point by
-    moves = np.concatenate([arms, np.eye(3)[:, None].repeat(len(best), axis=1)])
-    columns = np.stack([off, strain, *moves], axis=2)  # (m, 3, 8)
+    columns = np.concatenate([np.dstack([off, strain]), moved_by(best - best.mean(axis=0))], axis=2)  # (m, 3, 8)
     white = np.linalg.solve(np.linalg.cholesky(both), columns).reshape(-1, 8)
     free = np.linalg.qr(white[:, 2:])[0]
     asked = white[:, 1] - free @ (free.T @ white[:, 1])

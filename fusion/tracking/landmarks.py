@@ -151,13 +151,13 @@ def _rigid(points: Array, targets: Array, weights: Array) -> tuple[Array, Array]
 def _information(points: Array, sigma: Array) -> tuple[Array, Array]:
     weights = 1 / sigma**2
     centre = (weights[:, None] * points).sum(axis=0) / weights.sum()
-    x, y, z = (points - centre).T
-    zero = np.zeros_like(x)
-    one = np.ones_like(x)
-    # of each point, what a twist (rotation, shift) moves it by
-    J = np.array([
-        [zero, z, -y, one, zero, zero],
-        [-z, zero, x, zero, one, zero],
-        [y, -x, zero, zero, zero, one],
-    ])  # fmt: skip
-    return np.einsum("kim,m,kjm->ij", J, weights, J), centre
+    J = moved_by(points - centre)
+    return np.einsum("mki,m,mkj->ij", J, weights, J), centre
+
+
+def moved_by(points: Array) -> Array:
+    """(m, 3, 6) what a twist (rotation about the origin, shift) moves points (m, 3) by."""
+    x, y, z = points.T
+    zero, one = np.zeros_like(x), np.ones_like(x)
+    rows = [zero, z, -y, one, zero, zero], [-z, zero, x, zero, one, zero], [y, -x, zero, zero, zero, one]
+    return np.moveaxis(np.array(rows), 2, 0)

@@ -9,13 +9,13 @@ import pytest
 from fusion.commands.main import main
 from fusion.errors import TrackingError
 from fusion.geometry.camera import Camera
+from fusion.geometry.robust import DOUBT
 from fusion.recording.checks.stillness import turns_before_a_still_camera, turns_by_its_log
 from fusion.recording.looking.sample import draw
 from fusion.recording.open import open_recording
 from fusion.recording.recording import Frame, Recording
 from fusion.scan.judging import focal_doctor
 from fusion.scan.judging.focal_doctor import check_focal_length, measure
-from fusion.turntable.all_views.camera_fit import DOUBT
 from fusion.turntable.focal import FocalCheck
 
 CAMERA = Camera(160, 120, 130.0, 130.0, 79.5, 59.5, depth_scale=5000.0)

@@ -4,9 +4,10 @@ from dataclasses import replace
 
 from fusion.errors import TrackingError
 from fusion.geometry.camera import Camera
+from fusion.geometry.robust import SURE
 from fusion.scan.finding.attempt import Attempt, seen_by
 from fusion.scan.settings import ScanSettings
-from fusion.turntable.all_views.camera_fit import SURE, WORTH
+from fusion.turntable.all_views.camera_fit import WORTH
 from fusion.turntable.focal import FocalCheck, focal_of
 
 ROUNDS = 2  # corrections of the focal length: each starts from a nominal one, pairs points anew and is nearer

@@ -2,8 +2,8 @@
 
 from typing import TYPE_CHECKING
 
+from fusion.geometry.robust import DOUBT, SURE
 from fusion.results.light import Light, level
-from fusion.turntable.all_views.camera_fit import DOUBT, SURE
 
 if TYPE_CHECKING:
     from fusion.scan.result import Scan

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.errors import FusionError
+from fusion.geometry.robust import DOUBT, SURE
 from fusion.progress import stage
 from fusion.recording.checks.stillness import turns_before_a_still_camera, turns_by_its_log
 from fusion.recording.looking.finding import Finding
@@ -16,7 +17,7 @@ from fusion.scan.finding.region import find_region
 from fusion.scan.settings import ScanSettings
 from fusion.sensor.presets import default_sensor
 from fusion.sensor.sensor import Sensor
-from fusion.turntable.all_views.camera_fit import DOUBT, SURE, SYSTEMATIC
+from fusion.turntable.all_views.camera_fit import SYSTEMATIC
 from fusion.turntable.focal import FocalCheck, check_focal, typical_step
 from fusion.turntable.views import ObjectView, Region, usable, view
 

@@ -11,13 +11,12 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from fusion.geometry import pose
-from fusion.geometry.robust import EFFECTIVE
+from fusion.geometry.robust import EFFECTIVE, SURE
 from fusion.geometry.trajectory import Trajectory
 from fusion.results.facts import Gap
 from fusion.scan.finding.poses import TRACKING, only
 from fusion.tracking.equations import lay_out
 from fusion.tracking.icp import IcpResult, align
-from fusion.turntable.all_views.camera_fit import SURE
 from fusion.turntable.jumps import Jump
 from fusion.turntable.views import Region
 from fusion.volume.prepared import Prepared

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.geometry.robust import SURE
 from fusion.results.light import Light, level
-from fusion.turntable.all_views.camera_fit import SURE
 from fusion.turntable.all_views.log import departure
 
 if TYPE_CHECKING:

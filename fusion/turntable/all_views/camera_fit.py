@@ -5,14 +5,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.geometry.robust import EFFECTIVE
+from fusion.geometry.robust import DOUBT, EFFECTIVE, SURE
 from fusion.turntable.all_views.loop import Loop, LoopSettings, close_loop
 from fusion.turntable.axis import Turns
 from fusion.turntable.pairs.edges import ViewStack
 from fusion.turntable.selfcheck import LENS, PRIOR
 
-SURE = 5.0  # standard deviations from which a scan contradicts a camera, or that nothing was pushed
-DOUBT = 3.0  # the same from which it is said
 SYSTEMATIC = 0.002  # of the focal length: what an unstated lens does to such a fit (guess)
 DEPTH_ERRORS = ("offset", "radial", "bend2", "bend3", "bend4", "bend5", "bend6")
 

@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.errors import TrackingError
-from fusion.turntable.all_views.camera_fit import DOUBT, rests_on_rims
+from fusion.geometry.robust import DOUBT
+from fusion.turntable.all_views.camera_fit import rests_on_rims
 from fusion.turntable.all_views.joint import FIXED, NOTHING, Free, Joint, PairMotions, State, angle_stds, fit_jointly
 from fusion.turntable.pairs.edges import Edges, ViewStack
 from fusion.turntable.pairs.pairwise import ViewPairLimits

@@ -10,12 +10,12 @@ from fusion.calibration.depth.laws.information import evidence_of
 from fusion.calibration.depth.laws.selection import JudgedLaw, on_axis, upright
 from fusion.calibration.depth.walls.wall import Wall
 from fusion.geometry.camera import Camera
+from fusion.geometry.robust import MAD_TO_STD
 from fusion.sensor.sensor import Sensor
 
 Array = NDArray[np.float64]
 SUSPECTED = 5.0  # times farther off than walls usually are, or their distances: asked for the law without it (guess)
 TIMES = 10.0  # the same by that law, which it does not spoil (guess)
-MEDIAN = 0.67  # of a standard deviation: half of all errors are smaller
 FEWEST = 5  # walls of known distance: of fewer none is usual
 MOST = 0.25  # share of the walls: more of them are no slips
 ALIKE = 1.25  # factor of brightness that a law of the others knows as well (guess)
@@ -37,7 +37,7 @@ def misstated(walls: Sequence[Wall], judged: Sequence[JudgedLaw], chosen: int, f
     inner = known & _between(np.array([wall.depth_there for wall in walls]), known)
     if flight:
         inner &= _between(np.array([_reflectance(wall) for wall in walls]), known, ALIKE)
-    usual = np.array([MEDIAN * wall.distance_std for wall in walls])
+    usual = np.array([wall.distance_std / MAD_TO_STD for wall in walls])
     for off in (np.abs(judged[chosen].offset), _least(judged)):
         worst = int(np.argmax(np.where(inner, off, 0.0)))
         others = np.delete(off, worst)[np.delete(known, worst)]
@@ -48,15 +48,15 @@ def misstated(walls: Sequence[Wall], judged: Sequence[JudgedLaw], chosen: int, f
 
 def stands_wrong(wall: Wall, sensor: Sensor, camera: Camera, others: JudgedLaw) -> bool:
     """A wall that was left out stands elsewhere by what the others say, each of which was left out once, too."""
-    usual = max(float(np.nanmedian(np.abs(others.offset))), MEDIAN * wall.distance_std)
+    usual = max(float(np.nanmedian(np.abs(others.offset))), wall.distance_std / MAD_TO_STD)
     return abs(_stands(wall, sensor, camera) - wall.distance) > TIMES * usual
 
 
 def told(wall: Wall, sensor: Sensor, camera: Camera, others: int) -> str:
     """The sentence of a wall that was left out; the model is that of the others."""
+    there = _stands(wall, sensor, camera)
     return (
-        f"{wall.name} is left out: it is said to stand at {wall.distance:.3f} m, and does at "
-        f"{_stands(wall, sensor, camera):.3f} m by what the "
+        f"{wall.name} is left out: it is said to stand at {wall.distance:.3f} m, and does at {there:.3f} m by what the "
         f"other {others} walls agree on; check its distance_m (telemetry.csv)"
     )
 
