@@ -1,5 +1,6 @@
 """Broken inputs against the program: the quick part in every test, all of them among the slow ones."""
 
+import contextlib
 import itertools
 import os
 from collections.abc import Iterable, Iterator
@@ -72,13 +73,27 @@ def test_all_inputs_keep_the_rule(theme, servers, tmp_path):
     held_against_open(broken_rules(cases, servers, tmp_path), {case.name for case in cases})
 
 
+@contextlib.contextmanager
+def one_core() -> Iterator[None]:
+    """What is started here runs on one core: two threads on cores that share their parts count more time for a work."""
+    if not hasattr(os, "sched_setaffinity"):  # not on every system
+        yield
+        return
+    before = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {min(before)})
+    try:
+        yield
+    finally:
+        os.sched_setaffinity(0, before)
+
+
 @pytest.mark.slow
 @pytest.mark.alone
 def test_whole_demos_keep_the_rule(good_inputs, tmp_path):
     """Most of a run's limit goes by in one that has a core to itself: one at a time, and beside no other test."""
     cases = [case for case in corpus.spread(corpus.cases()) if _whole_demo(case)]
     keep_kernels(tmp_path)
-    with serving() as server:
+    with one_core(), serving() as server:
         servers: SimpleQueue[Server] = SimpleQueue()
         servers.put(server)
         found = broken_rules(cases, servers, tmp_path)

@@ -13,11 +13,13 @@ from fusion.mesh.alignment.look_alikes import MAYBE, layers, turned_alike
 from fusion.mesh.alignment.scale_interval import scale_asked_for, scale_interval
 from fusion.mesh.alignment.similarity import AS_WELL, IDENTITY, Array, Similarity, free_shifts, tells_scale
 from fusion.mesh.comparison.distances import Surface, surface_of
+from fusion.mesh.comparison.surface_samples import SurfaceSamples
 from fusion.mesh.mesh import Mesh
 from fusion.recording.ahead import side_by_side
 
 _POOR = 0.9  # of the score's limit per surface: one shown whole by the other scores at most 1 (guess)
 _SAME = 0.1  # of what is near: steps that go on lead from one of such poses to the other (guess)
+_BEGUN, _FIRST = 1000, 6  # so many samples take so many steps first: most poses lead to the same place (guess)
 _COVERED = 0.5  # of the reference, close to the mesh: it is there, whatever else the mesh shows (guess)
 
 
@@ -102,17 +104,25 @@ def _likely(judge: PoseJudge, scale: bool, least: bool) -> _Likely:
     """The best pose but for the last steps, and what cannot be told from it."""
     mesh, reference = CoarseSurface.of(judge.coarse), CoarseSurface.of(judge.back)
 
-    def tried(starts: list[Similarity]) -> list[Similarity]:
-        return side_by_side(lambda start: judge.rough.run(judge.coarse, start, scale, rounds=20)[0], starts)
+    def steps(starts: list[Similarity], samples: SurfaceSamples, rounds: int) -> list[Similarity]:
+        return side_by_side(lambda start: judge.rough.run(samples, start, scale, rounds)[0], starts)
 
-    poses = tried([IDENTITY, *guesses(mesh, reference)])
+    def tried(starts: list[Similarity], beside: list[Similarity]) -> list[Similarity]:
+        """Where they lead, once each; but for those that lead to where others have led before."""
+        led: list[Similarity] = []
+        for pose in steps(starts, judge.coarse.every(max(1, len(judge.coarse.points) // _BEGUN)), _FIRST):
+            if not any(_one(judge, pose, other) for other in (*beside, *led)):
+                led.append(pose)
+        return steps(led, judge.coarse, 20)
+
+    poses = tried([IDENTITY, *guesses(mesh, reference)], [])
     scores = side_by_side(judge.score, poses)
     nearest = int(np.argmin([one.both + one.against for one in scores]))
     first = poses[nearest]
     if _poor(scores[nearest], judge.size):  # of what does not fit, nothing like it does
         return _Likely(first, nearest == 0, [first])
     thin = layers(first, judge.exact.run(judge.coarse, first, scale, rounds=1)[1], judge.size)
-    poses += tried([*turned_alike(mesh, reference, first), *thin])
+    poses += tried([*turned_alike(mesh, reference, first), *thin], poses)
     scores = side_by_side(judge.score, poses)
     right = np.array([one.both + one.against for one in scores])
     wrong = np.array([one.both + one.along for one in scores])

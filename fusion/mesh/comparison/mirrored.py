@@ -18,7 +18,7 @@ BAD = 0.01  # rms distance over the mesh's size: above, the mirror image is soug
 BETTER = 3.0  # times nearer, mirrored: shapes that are nearly their own mirror image gain less (guess)
 EXACT = 1e-4  # of the size: nearer than this, both are one but for rounding
 SAMPLES = 20_000
-_FEW = 3000  # samples of poses near the one that was found
+_FEW = 1000  # samples of poses near the one that was found
 _FLIP = np.array([-1.0, 1.0, 1.0])
 
 

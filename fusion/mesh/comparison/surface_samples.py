@@ -16,6 +16,10 @@ class SurfaceSamples:
     points: NDArray[np.float64]  # (n, 3) [m]
     normals: NDArray[np.float64] | None  # (n, 3) unit vectors pointing outwards, or None for a point cloud without them
 
+    def every(self, step: int) -> "SurfaceSamples":
+        """One of `step` of them."""
+        return SurfaceSamples(self.points[::step], None if self.normals is None else self.normals[::step])
+
 
 def sample_surface(mesh: Mesh, count: int, seed: int = 0) -> SurfaceSamples:
     """About `count` points, equally likely per area; of a point cloud `count` of its points (all, if it has fewer)."""
