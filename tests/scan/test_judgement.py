@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import trimesh
 from made_up_scan import AGREEING, CAMERA, COUNT, good_scan, with_evidence, with_motion
 
 from fusion.certainty.common import Common
@@ -40,6 +41,16 @@ def without_a_side(scan):
     mesh = scan.mesh
     up = np.cross(*(mesh.vertices[mesh.faces[:, k]] - mesh.vertices[mesh.faces[:, 0]] for k in (1, 2)))
     return Mesh(mesh.vertices, mesh.faces[up[:, 1] <= 1e-9])
+
+
+def on_a_board(scan, apart):
+    """The object and a board below it, so far from it [m]; what it stands on was not found."""
+    board = trimesh.creation.box((0.2, 0.2, 0.02)).apply_translation((0, 0, -0.01 - apart))
+    mesh = Mesh(
+        np.vstack([scan.mesh.vertices, board.vertices]),
+        np.vstack([scan.mesh.faces, board.faces + len(scan.mesh.vertices)]).astype(np.int32),
+    )
+    return with_motion(replace(scan, mesh=mesh), plate=None)
 
 
 def depth_error(size):
@@ -120,6 +131,7 @@ PLANTED = {
         ("warning", lambda s: replace(s, mesh=without_a_side(s))),
         ("bad", lambda s: with_evidence(s, kept_share=0.6)),
     ],
+    "Plate": [("bad", lambda s: on_a_board(s, 0.01))],
 }
 
 

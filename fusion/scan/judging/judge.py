@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fusion.geometry import pose
+from fusion.mesh.shape import CRUMB
 from fusion.results.judgement import Judgement
 from fusion.results.light import LEVELS, Light, frames_light, level, worst_first
 from fusion.scan.judging.camera_light import camera_light, size_light
@@ -48,7 +49,7 @@ def judge(scan: "Scan") -> Judgement:
         *_poses(scan),
         _coverage(scan),
     ]
-    lights += [_surface(scan), *_thin(scan), *scan.evidence.notes]
+    lights += [_surface(scan), *_thin(scan), *_stood_on(scan), *scan.evidence.notes]
     return Judgement(worst_first(lights), scan.evidence.footnotes)
 
 
@@ -157,6 +158,17 @@ def _thin(scan: "Scan") -> list[Light]:
     said = f"{share:.0%} of the surface has another one within {scan.settings.truncation_m * 1e3:.0f} mm behind it:"
     said += " parts as thin come out thicker, and thinner ones are lost; or the surface is doubled."
     return [Light("warning", "Thin parts", said, "Scan them from nearer, with a finer --voxel and --truncation.")]
+
+
+def _stood_on(scan: "Scan") -> list[Light]:
+    """What may be no part of the object, where no plate was seen that would have been cut off."""
+    shape = scan.facts.shape
+    beside = 1 - shape.largest_share - shape.crumb_share
+    if scan.motion.plate is not None or scan.settings.keep_plate or beside < CRUMB:
+        return []
+    said = f"{beside:.0%} of the surface hangs together with none of the rest, and no plate was seen that would have"
+    said += " been cut off: what the object stands on is in the mesh, or a thing beside it."
+    return [Light("bad", "Plate", said, "Cut it off the mesh, or scan again with --box around the object alone.")]
 
 
 def _surface(scan: "Scan") -> Light:
