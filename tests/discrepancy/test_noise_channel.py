@@ -59,6 +59,26 @@ def test_noise_that_grows_with_the_tilt_is_not_taken_for_light():
     assert sensor.effect("axial_noise").angle_exponent > 1
 
 
+def test_noise_of_a_form_that_its_law_cannot_have_is_still_its_own():
+    """Where light is recorded, it alone makes the noise: no number of that law grows with the tilt."""
+    light = AxialNoise(shot=0.002, floor=0.001, ir_reference=1000.0)
+    given = replace(sensor_of("itof").having(light), std={("axial_noise", n): 1e-4 for n in ("shot", "floor")})
+    blocks = looks_at(given, 5)
+    assert all(block.view.ir is not None for block in blocks)
+    steep = [replace(block, std=block.std * (3 / np.cos(block.view.incidence) ** 2 - 2)) for block in blocks]
+    sensor, steps = noise_steps(observe(given, steep))
+    assert steps[-1].effect == sensor.effect("axial_noise") and steps[-1].variables == ("incidence",)
+    assert steps[-1].established and "incidence" in steps[-1].text
+
+
+def test_noise_that_depends_on_what_no_law_knows_is_told_and_not_established():
+    given = sensor_of("structured_light")
+    blocks = looks_at(given, 6)
+    across = np.linspace(1.0, 3.0, blocks[0].std.shape[1])
+    _, steps = noise_steps(observe(given, [replace(block, std=block.std * across) for block in blocks]))
+    assert steps[-1].effect is None and not steps[-1].established and steps[-1].variables == ("u",)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("factor", [0.6, 1.5])
 def test_a_number_that_is_wrong_is_corrected(factor):

@@ -8,7 +8,7 @@ from made_up_walls import looks_at, sensor_of
 from scipy.ndimage import binary_dilation
 
 from fusion.discrepancy.observe.observations import observe
-from fusion.discrepancy.observe.outliers import RIM_PX, behind, foreign, passing
+from fusion.discrepancy.observe.outliers import RIM_PX, Stays, foreign
 from fusion.sensor.effects.readout.depth_scale import DepthScale
 
 
@@ -84,11 +84,11 @@ def test_who_passes_is_out_of_the_frames_and_the_wall_behind_stays():
     for k in range(5):  # in most of the frames somewhere, in no place in more than five of seven
         frames[k, :, 10 + 8 * k : 60 + 8 * k] = 0.5
     frames[6, 40:60, 100:] = np.nan
-    stays = behind(frames)
-    assert np.abs(stays - depth).max() < 0.02
+    stays = Stays(frames)
+    assert np.abs(stays.depth - depth).max() < 0.02
     for k, frame in enumerate(frames):
-        assert passing(frame, stays).any() == (k < 5)
-        left = np.where(passing(frame, stays), np.nan, frame)
+        assert stays.hidden(frame).any() == (k < 5)
+        left = np.where(stays.hidden(frame), np.nan, frame)
         assert np.nanmax(np.abs(left - depth)) < 0.02
 
 
@@ -96,4 +96,14 @@ def test_nothing_passes_where_values_are_lost_or_single_ones_are_far_off():
     frames = np.array([wall()[1] for _ in range(4)])
     frames[1, 20:60] = np.nan
     frames[2, ::7, ::5] -= 0.5
-    assert not any(passing(frame, behind(frames)).any() for frame in frames)
+    stays = Stays(frames)
+    assert not any(stays.hidden(frame).any() for frame in frames)
+
+
+def test_noise_of_a_steep_wall_is_nobody_passing():
+    depth = wall()[0]
+    sigma = np.linspace(0.001, 0.12, depth.shape[1]) * depth
+    frames = np.array([depth + sigma * np.random.default_rng(k).normal(size=depth.shape) for k in range(7)])
+    assert not any(Stays(frames).hidden(frame).any() for frame in frames)
+    frames[3, 20:50, :50] -= 0.5 * depth[20:50, :50]  # where there is less of it, somebody is still seen
+    assert Stays(frames).hidden(frames[3])[25:45, 5:45].all()

@@ -21,7 +21,15 @@ Vector = NDArray[np.float64]
 
 NAMED = 0.8  # of what smooth functions of everything known explain: less, and the name is not the right one
 HIDDEN = "loses values that way, by a law that is a guess or asks for light that nobody recorded"
-UNITS = {"depth": " m", "u": " px", "v": " px", "radius": " px", "time": " s", "temperature": " degC"}
+UNITS = {
+    "depth": " m",
+    "u": " px",
+    "v": " px",
+    "radius": " px",
+    "incidence": " deg",
+    "time": " s",
+    "temperature": " degC",
+}
 LIMITED = ("depth", "range")  # in which the working range of a sensor ends
 TRIED = np.linspace(0.0, 1.0, 18)[1:-1]  # of the pixels, then between two of them
 SHARP = 1e-3  # of a limit, over which it is taken to set in: tables are straight between their nodes
@@ -145,6 +153,6 @@ def _said(law: Unnamed) -> str:
     share = np.asarray(table.missing, float)
     share = share.mean(axis=tuple(range(1, share.ndim)))
     at = np.degrees(table.grid[0]) if name == "incidence" else np.asarray(table.grid[0])
-    unit = UNITS.get(name, " deg" if name == "incidence" else "")
+    unit = UNITS.get(name, "")
     told = sorted({0, len(at) // 2, len(at) - 1})
     return ", ".join(f"{100 * share[k]:.0f} % at {at[k]:.3g}{unit}" for k in told) + f" of {name}"

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from fusion.discrepancy.channels.channel_step import ChannelStep
 from fusion.discrepancy.channels.judging import (
+    EXPLAINED,
     Tried,
     confirmed,
     explains,
@@ -19,6 +20,7 @@ from fusion.discrepancy.channels.judging import (
     probability,
     replicated,
 )
+from fusion.discrepancy.channels.losses import UNITS
 from fusion.discrepancy.channels.noise_parameters import (
     NoiseParameter,
     known_parameters,
@@ -27,15 +29,20 @@ from fusion.discrepancy.channels.noise_parameters import (
 )
 from fusion.discrepancy.channels.scatter import Scatter, scatter_of
 from fusion.discrepancy.channels.turning import COMMON, Whitener, as_stated, changes, turn, whitener_of
+from fusion.discrepancy.channels.unnamed import unnamed, whitened
 from fusion.discrepancy.decisions import SPREAD_FRAMES, SURE
 from fusion.discrepancy.naming.heterogeneity import FORM
 from fusion.discrepancy.observe.frame_block import FrameBlock
 from fusion.discrepancy.observe.observations import Observations, Patch
+from fusion.discrepancy.unknown.unrestricted import covariates
 from fusion.sensor.sensor import Sensor
 
 Vector = NDArray[np.float64]
 
 MOST_STEPS = 3
+MUCH = float(
+    np.log(1.5)
+)  # of the logarithm of a variance, in the tiles that change most: less is a matter of the model
 SILENT = float(np.log(100.0))  # of the measured over the predicted variance: the model says nothing of noise
 
 
@@ -57,7 +64,8 @@ def noise_steps(observations: Observations, held: Sequence[FrameBlock] = ()) -> 
         steps.append(step)
         free |= {step.effect.name} if step.effect else frozenset()
         patches = [patch.under(sensor) for patch in patches]
-    return sensor, merged(steps)
+    last = _of_another_form(replace(observations, sensor=sensor, patches=tuple(patches))) if patches else None
+    return sensor, merged(steps if last is None else [*steps, last])
 
 
 def merged(steps: Sequence[ChannelStep]) -> tuple[ChannelStep, ...]:
@@ -118,6 +126,31 @@ def _step(
         _alike(best, tried),
         variables=_seen_variables(best, patches),
     )
+
+
+def _of_another_form(observations: Observations) -> ChannelStep | None:
+    """Noise that depends on something known otherwise than any law says, with the effect that depends on the same."""
+    scatter, sensor = scatter_of(observations.patches), observations.sensor
+    sigma = np.hypot(scatter.excess_sigma, COMMON)
+    usual = float(np.median(scatter.excess))  # as much everywhere is no law of anything
+    before = float(np.sum(whitened(scatter.excess - usual, sigma) ** 2))
+    law = unnamed(scatter.excess - usual, sigma, scatter.place, covariates(observations))
+    if law is None or float(np.quantile(np.abs(law.fitted), 0.9)) < MUCH:
+        return None
+    if law.gain < EXPLAINED * (before - len(scatter)):
+        return None
+    own = [one for one in sensor.effects if one.own and set(law.variables) <= set(one.variables)]
+    each = zip(law.variables, law.knots, law.heights, strict=True)
+    name, at, heights = max(each, key=lambda one: float(np.ptp(one[2])))
+    at = np.exp(at) if name == "amplitude" else np.degrees(at) if name == "incidence" else at
+    ends = [
+        f"{np.exp((usual + heights[k]) / 2):.2g} times as much at {at[k]:.3g}{UNITS.get(name, '')}" for k in (0, -1)
+    ]
+    text = f"it depends on {', '.join(law.variables)} otherwise than the model says: {', '.join(ends)} of {name}"
+    share = min(law.gain / max(before, 1e-9), 1.0)
+    # of what nobody has a law of, noise of a model that is only about right is the first cause
+    return ChannelStep("noise", own[0] if own else None, {}, bool(own), law.gain, share, law.probability,
+                       variables=law.variables, text=text, established=bool(own))  # fmt: skip
 
 
 def _seen_variables(best: Tried, patches: Sequence[Patch]) -> tuple[str, ...]:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from fusion.discrepancy.observe.frames import FrameSeries
 from fusion.discrepancy.observe.interior import interior
-from fusion.discrepancy.observe.outliers import behind, passing
+from fusion.discrepancy.observe.outliers import Stays
 from fusion.discrepancy.observe.stage import KnownScene
 from fusion.discrepancy.observe.stage import stage_of as stage_of
 from fusion.discrepancy.observe.tiles import Tiling, tiling
@@ -164,7 +164,7 @@ def _block_of(stage: KnownScene, frames: tuple[int, ...], channels: Channels) ->
         moment = replace(moment, axis_point=point, axis_direction=direction)
     view = replace(view, moment=moment)
     kept = len(frames) - (len(frames) // HELD_OUT if len(frames) > 3 else 0)
-    stays = behind([stage.recording[i].depth for i in frames[:: -(-len(frames) // SCENE_FRAMES)]])
+    stays = Stays(np.array([stage.recording[i].depth for i in frames[:: -(-len(frames) // SCENE_FRAMES)]]))
     block = replace(_measured(stage, frames[:kept], view, T_world_camera, stays), given=given)
     if kept == len(frames):
         return block
@@ -194,13 +194,13 @@ def _seen(
 
 
 def _measured(
-    stage: KnownScene, frames: tuple[int, ...], view: View, T_world_camera: Array, stays: Image
+    stage: KnownScene, frames: tuple[int, ...], view: View, T_world_camera: Array, stays: Stays
 ) -> FrameBlock:
     tiles = tiling(np.isfinite(view.depth) & interior(view)) if view.depth is not None and len(frames) > 1 else None
     series, prints, passed = FrameSeries(view.camera.shape, tiles), set(), 0
     for i in frames:
         depth = stage.recording[i].depth
-        before = passing(depth, stays)
+        before = stays.hidden(depth)
         series.add(np.where(before, np.nan, depth))
         prints.add(print_of(depth))
         passed += bool(before.any())

@@ -1,7 +1,8 @@
 """Outliers: what is in a recording and not in its mesh, such as a thing before the wall; it takes no part."""
 
-from collections.abc import Sequence
+import warnings
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,7 +11,7 @@ from scipy.ndimage import binary_dilation, binary_opening, binary_propagation
 
 from fusion.discrepancy import decisions
 from fusion.discrepancy.observe.things import RIM_PX, things
-from fusion.geometry.robust import robust_std
+from fusion.geometry.robust import MAD_TO_STD, robust_std
 from fusion.sensor.view import Image
 
 if TYPE_CHECKING:
@@ -51,20 +52,38 @@ def foreign(measured: Image, predicted: Image, depth: Image | None = None) -> ND
     return np.asarray(binary_dilation(binary_propagation(pieces, mask=beyond), iterations=RIM_PX))
 
 
-def behind(frames: Sequence[Image]) -> Image:
-    """(h, w) depth [m] of what stays, from frames in some of which something passes before it; NaN where unknown."""
-    known = np.isfinite(frames)
-    order = np.sort(np.where(known, frames, np.inf), axis=0)
-    place = np.minimum(np.ceil(AWAY * known.sum(axis=0)), known.sum(axis=0) - 1).astype(int)
-    return np.where(known.any(axis=0), np.take_along_axis(order, np.maximum(place, 0)[None], axis=0)[0], np.nan)
+@dataclass(frozen=True, eq=False)
+class Stays:
+    """What stays where it is in frames (n, h, w) [m], in some of which something passes before it."""
 
+    frames: NDArray[np.floating]
 
-def passing(frame: Image, stays: Image) -> NDArray[np.bool_]:
-    """(h, w) pixels of a frame before which something passes: nearer in one piece than what stays there [m]."""
-    with np.errstate(invalid="ignore"):
-        nearer = stays - frame > FAR * stays
-    pieces = binary_opening(nearer, iterations=2) if nearer.any() else nearer
-    return np.asarray(binary_dilation(pieces, iterations=RIM_PX) if pieces.any() else pieces)
+    @cached_property
+    def depth(self) -> Image:
+        """(h, w) [m], NaN where unknown."""
+        known = np.isfinite(self.frames)
+        order = np.sort(np.where(known, self.frames, np.inf), axis=0)
+        place = np.minimum(np.ceil(AWAY * known.sum(axis=0)), known.sum(axis=0) - 1).astype(int)
+        return np.where(known.any(axis=0), np.take_along_axis(order, np.maximum(place, 0)[None], axis=0)[0], np.nan)
+
+    @cached_property
+    def noise(self) -> Image:
+        """(h, w) standard deviation [m] of single frames: by noise neighbours differ, in a thing not; 0: unknown."""
+        sides = [(axis, step) for axis in (1, 2) for step in (1, -1)]
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)  # pixels without any depth
+            change = self.frames - np.nanmedian(self.frames, axis=0)
+            beside = np.concatenate([np.abs(change - np.roll(change, step, axis)) for axis, step in sides])
+            return np.nan_to_num(MAD_TO_STD / np.sqrt(2) * np.nanmedian(beside, axis=0))
+
+    def hidden(self, frame: Image) -> NDArray[np.bool_]:
+        """(h, w) pixels of a frame [m] before which something passes: nearer in one piece, beyond noise."""
+        with np.errstate(invalid="ignore"):
+            nearer = self.depth - frame
+            pieces = nearer > FAR * self.depth
+            if pieces.any():
+                pieces = binary_opening(pieces & (nearer > decisions.FAR * self.noise), iterations=2)
+        return np.asarray(binary_dilation(pieces, iterations=RIM_PX) if pieces.any() else pieces)
 
 
 def outliers_of(observations: "Observations") -> list[OutlyingRecording]:

@@ -31,6 +31,8 @@ def size_of_step(found: Explanation, step: ChannelStep) -> Size:
     patches, given = found.before.patches, found.before.sensor
     better = step.added_to(given)
     if step.channel == "noise":
+        if not step.std:  # of another form than any effect has: nothing stands for it
+            return Size()
         before, after = (_noise(patches, sensor) for sensor in (given, better))
         return Size(noise_before_m=before, noise_after_m=after)
     if step.channel == "dropout":
