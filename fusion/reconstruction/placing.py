@@ -13,6 +13,7 @@ from fusion.reconstruction.loops.keyframes import SIGHTED, Keyframes, keyframe_o
 from fusion.reconstruction.settings import ReconstructSettings
 from fusion.recording.recording import Recording
 from fusion.tracking.tracker import Tracked, Tracker
+from fusion.volume.blocks import FullError
 from fusion.volume.prepared import Prepared, fuse
 from fusion.volume.volume import Volume
 
@@ -49,8 +50,22 @@ class Placer:
         tracked = self._placed(index, frame)
         if tracked.ok:
             self.shares += [tracked.inlier_share] if np.isfinite(tracked.inlier_share) else []
-            fuse(self.volume, frame, tracked.T_world_camera)
+            try:
+                fuse(self.volume, frame, tracked.T_world_camera)
+            except FullError as error:
+                found = f"{error.found} after {index + 1} of {len(self.recording)} frames"
+                do = "take a larger --voxel, or --room where it is one, or pass --memory GB"
+                raise FullError(error.what, self.recording.path, found, error.expected, do) from error
+            if self.poses is None and not self.volume.block_count:
+                return self._unfused()
         return tracked
+
+    def _unfused(self) -> Tracked:
+        """A frame before any model, as of noise alone: the next one is the first."""
+        if self.settings.box is not None or self.settings.max_depth is not None:
+            raise VolumeError("nothing of the first frame was fused", do="check --box and --max-depth")
+        self.tracker = Tracker(self._model, self.settings.tracker)
+        return self.skip("nothing of it was fused")
 
     def look(self, frame: Prepared, tracked: Tracked) -> bool:
         """Keep a tracked frame as a key frame, where it is time for one; says whether."""
@@ -64,8 +79,6 @@ class Placer:
 
     def _placed(self, index: int, frame: Prepared) -> Tracked:
         if self.poses is None:
-            if self.tracker.past and not self.volume.block_count:
-                raise VolumeError("nothing of the first frame was fused", do="check --box and --max-depth")
             tracked = self.tracker.place(
                 frame.surface, lambda found: self._sure(frame, found), places=lambda: self._recognised(frame)
             )

@@ -1,5 +1,7 @@
 """A camera that tracking has lost is found by what it sees; pieces are joined where one pair of key frames met."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,6 +10,7 @@ from fusion.reconstruction.pipeline import reconstruct
 from fusion.reconstruction.placing import Placer
 from fusion.reconstruction.settings import ReconstructSettings
 from fusion.sensor.sensor import Sensor
+from fusion.volume.blocks import FullError
 from fusion.volume.prepared import prepare
 from fusion.volume.settings import VolumeSettings
 from fusion.volume.volume import Volume
@@ -45,3 +48,24 @@ def test_a_piece_without_a_key_frame_recognises_nothing():
     recording = WalkedRoom().recording(WALK[:1])
     placer = Placer(recording, HOW, Volume(VolumeSettings(voxel=0.02, truncation=0.08)))
     assert not list(placer._recognised(prepare(recording[0], recording.camera, Sensor())))
+
+
+def test_frames_of_noise_at_the_start_are_lost_and_the_next_one_is_the_first():
+    whole = WalkedRoom().recording(WALK[:8])
+
+    def load(index):
+        frame = whole.load(index)
+        if index > 2:
+            return frame
+        # a far surface whose noise lets nothing of it be fused
+        return replace(frame, depth=np.full_like(frame.depth, 60.0))
+
+    result = reconstruct(replace(whole, load=load), HOW)
+    assert result.rejected == dict.fromkeys(range(3), "nothing of it was fused")
+    assert result.trajectory.valid[3:].all() and len(result.mesh.faces) > 1000
+
+
+def test_a_volume_that_is_full_tells_after_how_many_frames_and_what_helps():
+    recording = WalkedRoom().recording(WALK[:16])
+    with pytest.raises(FullError, match=r"after \d+ of 16 frames.*--room.*--memory"):
+        reconstruct(recording, replace(HOW, max_bytes=1_700_000))
