@@ -10,12 +10,15 @@ from fusion.evaluation.stretch_look import StretchLook
 from fusion.geometry.robust import robust_std
 from fusion.recording.checks.depth_values import implausible
 from fusion.recording.checks.stamps import unit_of_stamps
+from fusion.recording.looking.moved import wandered
 from fusion.recording.readable import moving_notes, unread_text
 from fusion.recording.recording import Recording
 
 FEW = 20  # frames below which a standard deviation of a pixel is worth little
 JUMP = 5.0  # robust standard deviations that make a frame stand out
 FAR_OFF = 0.15  # share of the distance: what is that far from the stated one is another surface, or another unit
+ASIDE = 0.3  # of the depth, from the axis that a camera turns about to a usual pixel
+SHARE = 0.5  # of the noise: what motion brings of it is told (guess)
 MOVED = 0.02  # share of pixels and frames that move
 Note = tuple[str, str]  # "ok", "warning" or "bad", and a sentence
 
@@ -68,6 +71,7 @@ def _on_look(look: StretchLook) -> list[Note]:
     if still.frames > 1 and known.size and not known.any():
         text = f"all {still.frames} frames hold the same depth: copies of one, or a scene without noise"
         notes.append(("bad", f"{text}; nothing is told about noise."))
+    notes += _wandering(look)
     notes += _shared_noise(look)
     if look.coarse:
         text = f"depths lie {look.gap * 1e3:.1f} mm apart, further than the noise: a pixel shows one or two of them"
@@ -85,6 +89,20 @@ def _on_look(look: StretchLook) -> list[Note]:
     if look.surface.kind == "distance" and not look.valid > 0:
         notes.append(("warning", f"no depth at the stated {look.surface.stated:.2f} m."))
     return notes
+
+
+def _wandering(look: StretchLook) -> list[Note]:
+    """A camera that its own poses say was carried on: each pixel then scatters by what passes before it."""
+    depth, std = (image[np.isfinite(image)] for image in (look.still.depth.mean, look.still.depth.std))
+    if not depth.size or not std.size:
+        return []
+    away, turned = wandered(look.stretch.recording, slice(*look.stretch.frames))
+    # an even motion of length 1 is 2/3 from the first third to the last, and spreads by 1 / sqrt(12)
+    spread = 1.5 / np.sqrt(12) * (away + turned * ASIDE * float(np.median(depth)))
+    if spread < SHARE * float(np.median(std)):
+        return []
+    text = f"by its stated poses the camera went on by {away * 1e3:.1f} mm and {np.degrees(turned):.2f} deg"
+    return [("bad", f"{text}: noise and drift are of its motion too; record a still scene.")]
 
 
 def _shared_noise(look: StretchLook) -> list[Note]:

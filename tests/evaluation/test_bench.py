@@ -13,6 +13,7 @@ from fusion.evaluation.near_limit import SurfaceSeen, near_limits
 from fusion.evaluation.numbers import numbers
 from fusion.evaluation.summary import summary
 from fusion.files.json_values import json_text
+from fusion.geometry.trajectory import Trajectory
 from fusion.sensor.effects.readout.depth_offset import DepthOffset
 from fusion.sensor.sensor import Sensor
 
@@ -205,3 +206,14 @@ def test_stamps_in_milliseconds_do_not_make_a_camera_warm():
     found = evaluate([recording(frames(40, interval=100 / 3))])
     assert "the camera is warm" not in summary(found)
     assert any(level == "bad" and "milliseconds" in text for level, text in found.notes)
+
+
+@pytest.mark.parametrize(("step", "told"), [(0.002, True), (0.0, False)])
+def test_a_camera_whose_poses_go_on_tells_its_motion_and_not_its_noise(step, told):
+    poses = np.tile(np.eye(4), (12, 1, 1))
+    # what the poses scatter by is their own noise
+    poses[:, :3, 3] = step * np.arange(12)[:, None] * [0, 0, 1] + np.random.default_rng(4).normal(0, 5e-4, (12, 3))
+    made = frames(12, 1.2, lambda i, z: (z - step * i).astype(np.float32))
+    stamps = np.array([frame.timestamp for frame in made])
+    found = evaluate([recording(made, poses=Trajectory(stamps, poses))])
+    assert any(level == "bad" and "the camera went on by" in text for level, text in found.notes) == told
