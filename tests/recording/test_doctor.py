@@ -1,5 +1,6 @@
 """The quick look before a scan: sure of what would fail, silent on what is well."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +11,8 @@ from synthetic import poses
 from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import about_axis
+from fusion.geometry.trajectory import Trajectory
+from fusion.recording.checks.poses import check_poses
 from fusion.recording.checks.stillness import check_camera_moves, check_object_turns
 from fusion.recording.looking.doctor import quick_look, refuse_if_certain
 from fusion.recording.open import open_recording
@@ -133,3 +136,15 @@ def test_no_false_alarm_on_turntables(shared, name):
     real = open_recording(shared / "challenges/turntable" / name / "scan")
     assert quick_look(real, (check_object_turns,)) == []
     assert quick_look(replace(real, telemetry={}), (check_camera_moves,)) == []
+
+
+@pytest.mark.parametrize("factor", [1.0, 1.25, 0.8])
+def test_a_scale_that_stated_poses_contradict_is_told(tmp_path, factor):
+    """Depth that reads so many times too short, as where a file says nothing of its unit."""
+    made = recording(tmp_path, lambda i: moving(i) / np.float32(factor))
+    posed = replace(made, poses=Trajectory(made.timestamps, poses(COUNT)))
+    found = told(posed, check_poses)
+    wrong = [re.search(r"with depth_scale (\d+) or about", seen) for _, seen in found]
+    scales = [float(match[1]) for match in wrong if match]
+    assert "error" not in [severity for severity, _ in found]
+    assert scales == ([] if factor == 1 else [pytest.approx(CAMERA.depth_scale / factor, rel=0.06)])

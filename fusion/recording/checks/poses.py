@@ -24,6 +24,8 @@ ASIDE = 1.0
 BETTER = 0.15
 # factors between the scales in use; 1000: poses in millimetres
 FACTORS = (1.0, 0.1, 0.2, 0.5, 2.0, 5.0, 10.0, 1000.0)
+BETWEEN = np.geomspace(0.67, 1.5, 17)  # in steps of 5 %: what is known of a scale that nobody tells
+ALIKE = 0.05  # of two agreements: which is the better is not known
 STATED = "opencv"
 # frames to look ahead for one seen from elsewhere
 REACH = 200
@@ -90,10 +92,11 @@ def check_poses(sample: Sample) -> list[Finding]:
         for factor in FACTORS
     }
     # of doubts that explain it about as well, the one that changes least
-    close = [key for key in table if table[key] > max(table.values()) - 0.05]
+    close = [key for key in table if table[key] > max(table.values()) - ALIKE]
     best = min(close, key=lambda key: ((key[0] != STATED) + (key[1] != 1), -table[key]))
-    if table[best] < 0.3 or table[best] < stated + BETTER:
-        return [_fitting(seen, sample, pairs)]
+    between = _scale_between(sample, pairs, max(stated, table[best] - BETTER))
+    if between or table[best] < 0.3 or table[best] < stated + BETTER:
+        return [_fitting(seen, sample, pairs), *between]
     return _doubts(sample, *best, stated, table[best])
 
 
@@ -111,6 +114,26 @@ def _fitting(seen: str, sample: Sample, pairs: list[PosedPair]) -> Finding:
         "length that is a few percent off, and for poses on another clock; `fusion reconstruct` needs none"
     )
     return Finding("poses", "warning", told, do)
+
+
+def _scale_between(sample: Sample, pairs: list[PosedPair], least: float) -> list[Finding]:
+    """A scale that is none of those in use and with which the depth of two frames agrees far better than by `least`."""
+
+    def agreed(factor: float) -> float:
+        return float(np.mean([_warped(sample, pair, STATED, factor).score for pair in pairs]))
+
+    shares = [agreed(factor) for factor in BETWEEN]
+    if max(shares) < least + BETTER:
+        return []
+    # pixels agree over some percent of scale: the middle of these
+    factor = float(np.exp(np.mean(np.log(BETWEEN[np.array(shares) > max(shares) - ALIKE]))))
+    scale = sample.recording.camera.depth_scale
+    seen = f"with the stated poses the depth of two frames agrees by {100 * agreed(1.0):.0f} %, "
+    seen += (
+        f"by {100 * agreed(factor):.0f} % with depth_scale {float(f'{scale / factor:.2g}'):g} or about for {scale:g}"
+    )
+    do = "pass --camera with the right depth_scale, or check the focal length and the unit of the poses"
+    return [Finding("depth", "warning", seen, do)]
 
 
 def _doubts(sample: Sample, name: str, factor: float, stated: float, agreed: float) -> list[Finding]:
