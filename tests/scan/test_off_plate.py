@@ -80,6 +80,15 @@ def test_a_plate_goes_though_more_of_the_table_below_is_there(gap):
     assert np.abs(above[len(level) :] - over).max() < 0.0003
 
 
+def test_a_plate_goes_where_a_wider_table_stands_close_below_it_and_was_not_told():
+    ground, height = plate(np.array([0.004, -0.003]), 0.0)
+    wide = np.random.default_rng(3).uniform(-0.3, 0.3, (80_000, 2))
+    vertices = np.concatenate([ground, np.column_stack([wide, np.full(len(wide), -0.016)])])
+    found = fitted_plate(Mesh(vertices, normals=np.tile(np.float32([0, 0, 1]), (len(vertices), 1))), VOXEL, SIZE)
+    assert found.hidden < 0.0018
+    assert np.abs(found.height(ground) - (ground[:, 2] - height(ground[:, :2]))).max() < 0.0003
+
+
 def test_what_is_hidden_follows_the_noise_of_the_plate():
     found = []
     for noise in (0.0, 0.0003, 0.001):

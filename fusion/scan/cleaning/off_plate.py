@@ -20,6 +20,7 @@ from fusion.turntable.table.slab import HALFWAY
 
 Array = NDArray[np.float64]
 FITTED = 0.04  # of the size, off the plate's surface up to which vertices take part in its last fit (guess)
+THERE = 0.1  # share of what is level, so far off z = 0, by which the plate is where it was found (guess)
 FAR = 7.0  # median deviations: 5 standard deviations of normal noise
 HIGHEST = 99.5  # percentile of them that hardly any is higher by
 FEWEST = 100  # level vertices that make a plate
@@ -64,6 +65,10 @@ def fitted_plate(mesh: Mesh, voxel: float, size: float, table: float | None = No
     near, fitted = NEAR_PLATE * size, max(FITTED * size, voxel)
     near = near if table is None else min(near, HALFWAY * abs(table))
     level = np.flatnonzero((mesh.normals[:, 2] > 0.9) & (np.abs(mesh.vertices[:, 2]) < near))
+    # where it was found is much that is level: else the table beside a thin plate, which is wider, would stand for it
+    if len(level) and np.mean(np.abs(mesh.vertices[level, 2]) < fitted) > THERE:
+        near = min(near, 2 * fitted)
+        level = level[np.abs(mesh.vertices[level, 2]) < near]
     if len(level) < FEWEST:
         return FittedPlate(np.zeros(4), fitted)
     level = level[:: max(1, len(level) // 20_000)]
