@@ -148,3 +148,12 @@ def test_a_scale_that_stated_poses_contradict_is_told(tmp_path, factor):
     scales = [float(match[1]) for match in wrong if match]
     assert "error" not in [severity for severity, _ in found]
     assert scales == ([] if factor == 1 else [pytest.approx(CAMERA.depth_scale / factor, rel=0.06)])
+
+
+def test_poses_that_go_on_take_the_certainty_from_a_camera_that_seems_to_stand(tmp_path):
+    made = recording(tmp_path, turning)
+    along = np.tile(np.eye(4), (COUNT, 1, 1))
+    along[:, 0, 3] = 0.002 * np.arange(COUNT)
+    carried = replace(made, poses=Trajectory(made.timestamps, along))
+    assert [severity for severity, _ in told(made, check_camera_moves)] == ["error"]
+    assert [severity for severity, _ in told(carried, check_camera_moves)] == ["warning"]

@@ -40,7 +40,7 @@ def _steps(values: NDArray[np.floating], step: float) -> NDArray[np.bool_]:
     return found
 
 
-def wandered(recording: Recording, frames: slice) -> tuple[float, float]:
+def wandered(recording: Recording, frames: slice = slice(None)) -> tuple[float, float]:
     """How far [m] and by what angle [rad] the stated poses went on from the first third of some frames to the last.
 
     0 without poses. What they scatter by is their own noise, and no motion.
