@@ -120,9 +120,12 @@ def _motion(
         told = estimate_motion(views, region, commanded, depth, start)
         if commanded is None or not logged or neighbours_misfit(views, _turns(told)) < GOOD:
             return told, commanded
-    except TrackingError:
-        if commanded is None or not logged:
+    except TrackingError as error:
+        if commanded is None:
             raise
+        if not logged:
+            do = f"try it without --step, which may be the other way round or another one; {error.do}"
+            raise TrackingError(error.what, error.where, error.found, error.expected, do) from error
     try:
         alone = estimate_motion(views, region, None, depth, start)
     except TrackingError:
