@@ -14,7 +14,7 @@ def test_a_step_that_leads_nowhere_is_named(monkeypatch):
 
     monkeypatch.setattr(pair_fit, "estimate_motion", nowhere)
     region = Region(np.zeros(3), np.ones(3))
-    with pytest.raises(TrackingError, match="try it without --step.*use `fusion reconstruct`"):
+    with pytest.raises(TrackingError, match=r"try it without --step.*use `fusion reconstruct`"):
         pair_fit._motion([], region, pair_fit._Known(np.zeros(3), None, False))
     with pytest.raises(TrackingError) as alone:
         pair_fit._motion([], region, pair_fit._Known(None, None, True))
