@@ -40,9 +40,7 @@ from fusion.sensor.sensor import Sensor
 Vector = NDArray[np.float64]
 
 MOST_STEPS = 3
-MUCH = float(
-    np.log(1.5)
-)  # of the logarithm of a variance, in the tiles that change most: less is a matter of the model
+MUCH = float(np.log(1.5))  # of the logarithm of a variance, in the tiles that change most: less is told of none
 SILENT = float(np.log(100.0))  # of the measured over the predicted variance: the model says nothing of noise
 
 

@@ -81,7 +81,8 @@ class Stays:
         with np.errstate(invalid="ignore"):
             nearer = self.depth - frame
             pieces = nearer > FAR * self.depth
-            if pieces.any():
+            pieces = binary_opening(pieces, iterations=2) if pieces.any() else pieces
+            if pieces.any():  # its noise takes far longer to find, and single pixels are far off everywhere
                 pieces = binary_opening(pieces & (nearer > decisions.FAR * self.noise), iterations=2)
         return np.asarray(binary_dilation(pieces, iterations=RIM_PX) if pieces.any() else pieces)
 
