@@ -47,7 +47,7 @@ def wandered(recording: Recording, frames: slice = slice(None)) -> tuple[float, 
     """
     if recording.poses is None or not len(recording.poses):
         return 0.0, 0.0
-    T = _nearest_poses(recording)[frames]
+    T = recording.poses.at(recording.timestamps, np.inf).poses[frames]
     T = T[np.isfinite(T).all(axis=(1, 2))]
     some = len(T) // 3
     if not some:
@@ -59,18 +59,11 @@ def wandered(recording: Recording, frames: slice = slice(None)) -> tuple[float, 
 
 def _pose_steps(recording: Recording) -> NDArray[np.bool_]:
     """(n - 1,) True where the stated pose nearest in time is another one."""
+    assert recording.poses is not None
     stated = stated_scene(recording).stated_poses
     far, turn = max(STEP_M, SIGMAS * (stated.sigma_m or 0.0)), max(STEP_RAD, SIGMAS * (stated.sigma_rad or 0.0))
-    T = _nearest_poses(recording)
+    T = recording.poses.at(recording.timestamps, np.inf).poses
     away = np.linalg.norm(np.diff(T[:, :3, 3], axis=0), axis=1)
     # |R1 - R2| = 2 sqrt(2) sin(angle / 2), which is 1.41 angles where they are small
     turned = np.linalg.norm(np.diff(T[:, :3, :3], axis=0), axis=(1, 2)) / np.sqrt(2)
     return np.asarray((away > far) | (turned > turn))
-
-
-def _nearest_poses(recording: Recording) -> NDArray[np.float64]:
-    """(n, 4, 4) the stated pose nearest in time to each frame, NaN where that is none."""
-    assert recording.poses is not None
-    stamps = recording.poses.timestamps
-    nearest = np.abs(recording.timestamps[:, None] - stamps[None, :]).argmin(axis=1)
-    return np.where(recording.poses.valid[nearest, None, None], recording.poses.poses[nearest], np.nan)
