@@ -18,6 +18,7 @@ FOREIGN = re.compile(
     r"terminate called|Errno \d|object at 0x|Exception ignored|During handling of|qhull|QH\d{4}",
     re.MULTILINE,
 )
+TOO_MUCH = "time: of the processor"
 PROGRESS = re.compile(r"^ +\d+ s  ")  # long work tells where it is, every 5 s
 FAULT = b"a fault of the program itself"  # what the program says of an error that nobody foresaw
 SECRET = "OUTSIDE-SECRET"  # stands in every file that cases put outside a recording
@@ -61,8 +62,10 @@ def _named(case: Case, printed: bytes) -> bool:
 
 def _bounds(ran: Ran) -> Iterator[str]:
     # cores are shared: what counts is the work done, and waiting only where it is endless
-    if ran.ended == "time" or ran.cpu > LIMIT_S:
-        yield f"time: {ran.seconds:.0f} s" + (", ended" if ran.ended else "")
+    if ran.cpu > LIMIT_S:
+        yield f"{TOO_MUCH} {ran.cpu:.0f} s in {ran.seconds:.0f} s" + (", ended" if ran.ended else "")
+    elif ran.ended == "time":
+        yield f"time: {ran.seconds:.0f} s, ended"
     if ran.peak > LIMIT_BYTES:
         yield f"memory: {ran.peak / 1e9:.1f} GB" + (", ended" if ran.ended else "")
 

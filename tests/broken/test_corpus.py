@@ -12,7 +12,7 @@ import pytest
 
 from broken import corpus
 from broken.case import Case
-from broken.judge import judged
+from broken.judge import TOO_MUCH, judged
 from broken.open import OPEN
 from broken.runner import Fresh, Server, forget, keep_kernels, run, serving
 
@@ -33,6 +33,10 @@ def servers(good_inputs: Path) -> Iterator[SimpleQueue[Server]]:
 
 def _whole_demo(case: Case) -> bool:
     return case.name.endswith(": demo")
+
+
+def _too_much(wrong: str) -> bool:
+    return wrong.startswith(TOO_MUCH)
 
 
 def broken_rules(cases: Iterable[Case], servers: SimpleQueue[Server], place: Path) -> dict[str, list[str]]:
@@ -97,6 +101,12 @@ def test_whole_demos_keep_the_rule(good_inputs, tmp_path):
         servers: SimpleQueue[Server] = SimpleQueue()
         servers.put(server)
         found = broken_rules(cases, servers, tmp_path)
+        # cores that other machines share take up to 1.4 times the time for a work: what is too much is so each time
+        for again in range(2):
+            slow = [case for case in cases if case.name in found and all(map(_too_much, found[case.name]))]
+            for case in slow:
+                del found[case.name]
+            found |= broken_rules(slow, servers, tmp_path / f"again {again}")
     held_against_open(found, {case.name for case in cases})
 
 

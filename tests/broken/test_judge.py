@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from broken.case import ACCEPTED, EITHER, REFUSED, TOLD, Case
-from broken.judge import judged
-from broken.runner import LIMIT_BYTES, Ran
+from broken.judge import TOO_MUCH, judged
+from broken.runner import LIMIT_BYTES, LIMIT_S, Ran
 from broken.server import follow
 
 LINE = b"fusion info: an image is damaged; in rec/depth/000000.png; found no image data; copy the file again\n"
@@ -60,7 +60,8 @@ def test_a_run_that_keeps_the_rule(tmp_path):
         ({"stderr": b"libpng error: Not enough image data\n" + LINE}, "foreign"),
         ({"stdout": b"[Open3D WARNING] Not enough correspondences\n"}, "foreign"),
         ({"stderr": b"x.py:1: RuntimeWarning: overflow\n" + LINE}, "foreign"),
-        ({"ended": "time", "seconds": 45.0}, "time"),
+        ({"ended": "time", "seconds": 45.0}, "time: 45 s"),
+        ({"cpu": LIMIT_S + 1}, TOO_MUCH),
         ({"peak": LIMIT_BYTES + 1}, "memory"),
         ({"after": {"rec/a": "file 2"}}, "files"),
         ({"after": {}}, "files"),
