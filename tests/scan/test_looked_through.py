@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from owl_and_arm import CAMERA, COUNT, NEAR, frames_of, of_arm, surface_of
+from owl_and_arm import CAMERA, COUNT, NEAR, alone, frames_of, of_arm, surface_of
 
 from fusion.mesh.mesh import Mesh
 from fusion.recording.recording import Frame
@@ -23,6 +23,35 @@ def test_an_arm_that_came_in_goes_and_the_object_stays():
 def test_what_stays_beside_the_object_stays():
     frames, poses = frames_of(arm_in=range(COUNT))
     assert looked_through(surface_of(frames, poses), frames, poses, NEAR).mean() < 0.005
+
+
+def test_an_arm_before_nothing_goes_where_other_frames_face_its_place():
+    """A background too far to be measured: nothing is behind what goes, and nothing is nearer than all that is there."""
+    frames, poses = frames_of(arm_in=(4,))
+    bare = [measured(alone(frame).depth) for frame in frames]
+    mesh = surface_of(bare, poses)
+    marked, arm = looked_through(mesh, bare, poses, NEAR), of_arm(mesh.vertices)
+    assert arm.sum() > 100
+    assert marked[arm].mean() > 0.8
+    assert marked[~arm].mean() < 0.005
+
+
+def test_what_is_too_near_in_the_other_frames_stays():
+    near = np.full(CAMERA.shape, 0.6, np.float32)
+    far = np.full(CAMERA.shape, 0.55, np.float32)
+    far[:, 40:120] = np.nan  # 0.45 m away, where the camera measures nothing
+    poses = np.tile(np.eye(4), (3, 1, 1))
+    poses[1:, 2, 3] = 0.15
+    points = np.dstack([CAMERA.rays(), np.ones(CAMERA.shape)])[40:80:8, 60:100:8].reshape(-1, 3) * 0.6
+    mesh = Mesh(points, np.zeros((0, 3), int), normals=np.tile([0.0, 0, -1], (len(points), 1)))
+    frames = [measured(depth) for depth in (near, far, far)]
+    assert not looked_through(mesh, frames, poses, NEAR).any()
+    far[:20] = 0.4
+    assert looked_through(mesh, [measured(depth) for depth in (near, far, far)], poses, NEAR).all()
+
+
+def measured(depth):
+    return prepare(Frame(0, 0.0, depth), CAMERA, Sensor())
 
 
 @pytest.mark.parametrize("frames", [[], [None, None]])
