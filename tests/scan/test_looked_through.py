@@ -26,7 +26,7 @@ def test_what_stays_beside_the_object_stays():
 
 
 def test_an_arm_before_nothing_goes_where_other_frames_face_its_place():
-    """A background too far to be measured: nothing is behind what goes, and nothing is nearer than all that is there."""
+    """A background too far to be measured: nothing is behind what goes. Nothing is nearer than all that is there."""
     frames, poses = frames_of(arm_in=(4,))
     bare = [measured(alone(frame).depth) for frame in frames]
     mesh = surface_of(bare, poses)
