@@ -11,6 +11,7 @@ from fusion.geometry.trajectory import Trajectory
 from fusion.mesh.cleanup import without_crumbs
 from fusion.mesh.mesh import Mesh
 from fusion.progress import stage
+from fusion.reconstruction.changed import Changed
 from fusion.reconstruction.course import Straightened, straighten
 from fusion.reconstruction.focal_length import focal_of
 from fusion.reconstruction.planning import Plan, object_after_all, plan
@@ -86,7 +87,10 @@ def reconstruct(recording: Recording, settings: ReconstructSettings | None = Non
     notes += [] if light is None else [light]
     with stage("sigma"):
         errors = None if straight.network is None else straight.network.errors(poses)
-        sure = walk_sigma(mesh, frames, poses, errors, FusedWith(settings.sensor, volume.settings, focal))
+        changed = Changed(volume, poses)
+        sure = walk_sigma(mesh, frames, poses, errors, FusedWith(settings.sensor, volume.settings, focal), changed)
+    light = changed.light()
+    notes += [] if light is None else [light]
     made = _Made(sure.onto(mesh), volume, chosen, band, straight, sensor, told, notes)
     return replace(_result(recording, settings, results, made), sure=sure)
 

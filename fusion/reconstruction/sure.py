@@ -10,6 +10,7 @@ from fusion.certainty.sigma import Causes, Sure
 from fusion.certainty.vertex_sigma import blur_px, vertex_sigma_reading
 from fusion.errors import RecordingError
 from fusion.mesh.mesh import Mesh
+from fusion.reconstruction.changed import Changed
 from fusion.reconstruction.focal_length import FocalSeen
 from fusion.reconstruction.loops.network import PoseErrors
 from fusion.reconstruction.walk import WalkedFrames
@@ -29,11 +30,13 @@ class FusedWith:
     focal: FocalSeen | None  # what landmarks say of the camera
 
 
-def walk_sigma(mesh: Mesh, frames: WalkedFrames, poses: Array, errors: PoseErrors | None, made: FusedWith) -> Sure:
+def walk_sigma(
+    mesh: Mesh, frames: WalkedFrames, poses: Array, errors: PoseErrors | None, made: FusedWith, changed: Changed
+) -> Sure:
     """How sure each vertex is.
 
     Args:
-        frames: some are read once more.
+        frames: some are read once more; `changed` looks at them too.
         poses: (n, 4, 4) `T_world_camera`, NaN where a frame has no place.
         errors: what all poses may be wrong by together; None where nothing tells it.
     """
@@ -48,8 +51,10 @@ def walk_sigma(mesh: Mesh, frames: WalkedFrames, poses: Array, errors: PoseError
 
     def read(index: int) -> Prepared | None:
         try:
-            return frames[index]
+            frame = frames[index]
         except RecordingError:
             return None
+        changed.look(index, frame)
+        return frame
 
     return vertex_sigma_reading(mesh, read, poses, causes, made.volume.truncation)

@@ -6,23 +6,19 @@ is asked: does it see the surface where the model has it, something before it, o
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from fusion.geometry import pose
 from fusion.turntable.motion import Motion
 from fusion.turntable.pairs.edges import CLEAR
+from fusion.volume.beside import STEEPEST, beside
 from fusion.volume.prepared import Prepared
-from fusion.volume.volume import Raycast, Volume
+from fusion.volume.volume import Volume
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 FRAMES = 16  # evenly from the scan: more say nothing new
-STEEPEST = np.deg2rad(70)  # a surface seen flatter says little of its depth
-RIM = 2  # [px] beside steps and holes of either image, where a camera mixes or matches both sides
-STEP = 0.02  # [m] from one surface to another, within the rim's width: above the noise of any camera nearby
-TOLERANCE = 3.0  # standard deviations of what noise and voxel let expect
 TILE = 9  # [px] over which noise averages out
 
 
@@ -87,22 +83,18 @@ def agreement(volume: Volume, frames: list[Prepared | None], T_object_camera: Ar
 
 
 def _shares(volume: Volume, frame: Prepared, T: Array, motion: Motion) -> _Shares:
-    surface, seen = frame.surface, volume.raycast(frame.surface.camera, T)
+    surface, found = frame.surface, beside(volume, frame, T)
     assert surface.incidence is not None
-    off = frame.depth - seen.depth
-    facing = _facing(seen)
-    spread = np.hypot(surface.sigma, volume.settings.voxel / 2)
-    limit = TOLERANCE * spread / np.maximum(facing, np.cos(STEEPEST))
+    off, limit, seen = found.off, found.limit, found.seen
     on_object = _turning(surface.points, T, motion)
-    calm = ~(_rim(frame.depth) | _rim(seen.depth))
-    shown = calm & np.isfinite(off) & (facing > np.cos(STEEPEST)) & _turning(seen.points, T, motion)
-    missing = calm & on_object & ~np.isfinite(seen.depth) & (surface.incidence < STEEPEST)
+    shown = found.shown & _turning(seen.points, T, motion)
+    missing = found.calm & on_object & ~np.isfinite(seen.depth) & (surface.incidence < STEEPEST)
     count = max(1, int((shown | missing).sum()))
     return _Shares(
         float((shown & on_object & (off < -limit)).sum() / count),
         float((shown & (off > limit)).sum() / count),
         float(missing.sum() / count),
-        _tiles(np.where(shown & (np.abs(off) < volume.settings.truncation), off * facing, np.nan)),
+        _tiles(np.where(shown & (np.abs(off) < volume.settings.truncation), off * found.facing, np.nan)),
     )
 
 
@@ -112,19 +104,6 @@ def _turning(points: NDArray[np.float32], T: Array, motion: Motion) -> Mask:
     floor = motion.bottom if motion.plate is None else motion.plate + CLEAR
     inside = np.hypot(at[..., 0], at[..., 1]) < motion.radius
     return np.asarray(inside & (at[..., 2] > floor) & (at[..., 2] < motion.top))
-
-
-def _facing(seen: Raycast) -> Array:
-    """(h, w) cosine between the model's normal and the way back to the camera."""
-    along = np.einsum("vuk,vuk->vu", seen.normals, seen.points)
-    return np.asarray(-along / np.linalg.norm(seen.points, axis=-1))
-
-
-def _rim(depth: NDArray[np.float32]) -> Mask:
-    """(h, w) pixels beside a step or a hole of a depth image [m]."""
-    around = np.ones((2 * RIM + 1, 2 * RIM + 1), np.uint8)
-    filled = np.nan_to_num(depth)
-    return np.asarray(cv2.dilate(filled, around) - cv2.erode(filled, around) > STEP)
 
 
 def _tiles(off: Array) -> Array:
