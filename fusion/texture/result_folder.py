@@ -67,7 +67,7 @@ def open_result(
     several = used.passes is not UNSET
     taken = []
     for k, (name, lens) in enumerate(zip(told, lenses, strict=True)):
-        recording = open_recording(recordings[k] if recordings else _place(folder, name), camera, topic)
+        recording = _opened(recordings[k] if recordings else _place(folder, name), camera, topic, lens)
         if lens is not UNSET:
             known = {key: getattr(lens, key) for key in ("fx", "fy", "cx", "cy")}
             recording = replace(recording, camera=replace(recording.camera, **known))
@@ -77,6 +77,16 @@ def open_result(
             raise RecordingError("the recording is not that of the result", recording.path, "other time stamps")
         taken.append((recording, course))
     return read_mesh(folder / "mesh.ply"), taken
+
+
+def _opened(path: Path, camera: Any, topic: str | None, lens: ResultCamera | UnsetType) -> Recording:
+    """A recording; one that has no camera with that of the result."""
+    try:
+        return open_recording(path, camera, topic)
+    except RecordingError:
+        if camera is not None or lens is UNSET:
+            raise
+        return open_recording(path, f"{lens.fx},{lens.fy},{lens.cx},{lens.cy}", topic)
 
 
 def _place(folder: Path, told: str) -> Path:

@@ -13,7 +13,7 @@ from painted import HALF, cube, off, paint, scene
 
 from fusion import read_mesh, write_mesh, write_recording
 from fusion.commands.main import main
-from fusion.errors import MeshError
+from fusion.errors import FusionError, MeshError
 from fusion.mesh.formats.conventions import for_file
 from fusion.mesh.mesh import Mesh
 from fusion.recording.native.trajectory_file import write_trajectory
@@ -217,3 +217,13 @@ def test_how_far_another_mesh_is_off_is_told(taken):
     assert made.moved[0] == pytest.approx(0.001, rel=0.05)
     with pytest.raises(MeshError, match="no image shows the mesh"):
         texture_mesh(Mesh(cube().vertices + np.array([0, 0, 9.0]), cube().faces, cube().normals), good, triangles=500)
+
+
+def test_a_recording_without_a_camera_has_that_of_the_result(result, taken):
+    (result.parent / "scan" / "camera.json").unlink()
+    _, [(recording, course)] = open_result(result)
+    assert recording.camera.fx == taken.recording.camera.fx and recording.camera.cy == taken.recording.camera.cy
+    assert course.valid.all()
+    (result / "settings.json").write_text(json.dumps({"recording": str(result.parent / "scan")}))
+    with pytest.raises(FusionError, match="has no camera"):
+        open_result(result)
