@@ -32,6 +32,19 @@ def test_noise_as_the_model_says_is_nothing(principle):
         assert found_in(sensor_of(principle), sensor_of(principle), seed)[1] == ()
 
 
+def test_a_model_without_noise_lacks_it():
+    """Of noise that a model does not have, all is new in every frame."""
+    bare = Sensor("bare", "itof", (DepthQuantization(step=0.001),))
+    hidden = replace(bare, effects=(AxialNoise(shot=0.003, floor=0.002, ir_reference=1000.0), *bare.effects))
+    blocks = [replace(block, succession=np.square(block.std)) for block in looks_at(hidden, 4)]
+    observations = observe(bare, blocks)
+    for patch in observations.patches:
+        np.testing.assert_array_equal(filtered(patch, 0.0)[1], 0.0)
+    sensor, (step,) = noise_steps(observations)
+    assert step.effect == sensor.effect("axial_noise") and not step.corrected
+    assert step.effect.shot == pytest.approx(0.003, rel=0.05) and step.effect.floor == pytest.approx(0.002, rel=0.1)
+
+
 def test_more_light_is_named_by_its_noise():
     given = replace(sensor_of("itof"), std={("axial_noise", "c0"): 0.0001})
     sensor, (step, *more) = found_in(given, sensor_of("itof", AmbientLight(ambient=4000.0)), 1)

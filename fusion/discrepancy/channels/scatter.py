@@ -87,8 +87,9 @@ def filtered(patch: Patch, memory: float) -> tuple[Vector, Vector]:
     unmixed = variance(patch, patch.sigma) * (1 + own) / (1 - own)
     whole, renewed = succession_of(round(memory, 6), len(patch.block.frames), started=patch.block.frames[0] == 0)
     stored = stored_step(patch) ** 2 / 12
-    total = np.maximum(unmixed * np.exp(whole) + stored, _least(patch))
-    return np.log(total), np.log(np.maximum(unmixed * np.exp(whole + renewed) + stored, LEAST_VARIANCE) / total)
+    # of a model without noise both are the least that frames can show: all of it is new
+    total, new = (np.maximum(unmixed * np.exp(part) + stored, _least(patch)) for part in (whole, whole + renewed))
+    return np.log(total), np.log(new / total)
 
 
 def _memory(patch: Patch) -> float:
