@@ -168,6 +168,23 @@ def test_a_plate_on_a_foot_is_one_however_high_it_stands(shape):
     assert thick is None or thick.table is None
 
 
+def test_level_specks_of_a_wall_are_no_slab():
+    """Noise tilts a few pixels of a pile's sides until they lie level: it was cut off at that height."""
+    still = box((-1.0, -1.0, -0.02), (0.5, 1.0, 0.0), GREY)
+    views, axis = seen((box((-0.13, -0.11, 0.0), (0.13, 0.11, 0.15), GREY),), still)
+    rng, specks = np.random.default_rng(1), 0
+    for one in views:
+        above = axis.distance(one.map.points.reshape(-1, 3).astype(float))[1].reshape(SMALL.shape)
+        beside = np.abs(one.map.normals @ axis.direction) < 0.3
+        side = np.flatnonzero((np.abs(above - 0.04) < 0.004) & beside)
+        some = rng.choice(side, min(len(side), 25), replace=False)
+        one.map.normals.reshape(-1, 3)[some] = axis.direction
+        specks += len(some)
+    assert specks > 200
+    found = find_plate(views, axis, motions())
+    assert found is None or found.table is None
+
+
 def test_a_round_plate_is_found_as_one_with_the_motions_too():
     found = find_plate(*seen((BODY, PLATE), CLOSE), motions())
     assert found is not None and found.table is None and found.height == pytest.approx(0.0, abs=0.002)
