@@ -18,7 +18,6 @@ from fusion.discrepancy.naming.search.review import reviewed
 from fusion.discrepancy.naming.search.step import NextPart, best_part
 from fusion.discrepancy.observe.frame_block import FrameBlock
 from fusion.discrepancy.observe.observations import Observations
-from fusion.sensor.parameter import parameters
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.where import Bound
 
@@ -60,9 +59,9 @@ def name_effects(
     What was found one by one is then tried against all sets of as many names.
     """
     fit, likely = _grown(refitted((), observations, covariance), candidates)
-    if any(part.candidate.where and _of_waves(part) for part in fit.parts):
-        # one wave fits several of them in a part of the data only
-        parts = [_everywhere(part, fit) if _of_waves(part) else part for part in fit.parts]
+    if any(part.candidate.where for part in fit.parts):
+        # what a first part cannot explain alone, as several waves, it may fit best in a part of the data
+        parts = [_everywhere(part, fit) for part in fit.parts]
         wide = _grown(refitted(parts, observations, covariance), candidates)
         if score_of(wide[0]) > score_of(fit) + SURE:
             fit, likely = wide
@@ -131,11 +130,6 @@ def _everywhere(part: EffectPart, fit: PartsFit) -> EffectPart:
     if not part.candidate.where:
         return part
     return replace(part, candidate=candidate_of(fit.observations, fit.covariance, part.candidate.form))
-
-
-def _of_waves(part: EffectPart) -> bool:
-    """True for an effect that may hold several entries of its kind."""
-    return any(about.kind == "list" for about in parameters(part.candidate.form.kind).values())
 
 
 def unconfirmed(named: Named, observations: Observations, white: Vector) -> Named:
