@@ -46,6 +46,23 @@ def test_a_scene_recorded_again_is_one_placement():
     assert repeats_of(blocks) == [["rec_00", "rec_02"]]
 
 
+def test_few_squares_differ_by_chance_and_are_one_placement_all_the_same():
+    """Of twelve squares the median alone is half as much again in a quarter of pairs."""
+    rng, surface = np.random.default_rng(7), speckle(1)
+    known = np.zeros(surface.shape, bool)
+    known[:48, :64] = True
+    block = look_at(sensor_of("itof"), 0, WALL, 5)
+
+    def again(place):
+        frames = block.view.depth + surface + rng.normal(0, NOISE_M, (3, *surface.shape))
+        stage = Stage(place, "wall", SimpleNamespace(path=Path(f"rec_{place:02d}")))
+        mean, std = (np.where(known, image, np.nan) for image in (frames.mean(axis=0), frames.std(axis=0, ddof=1)))
+        return replace(block, stage=stage, mean=mean, std=std, count=np.full(surface.shape, 3, np.int32))
+
+    told = sum(bool(repeats_of(joined([again(0), again(1)]))) for _ in range(200))
+    assert told >= 196
+
+
 @pytest.mark.parametrize("moved", [0.0005, -0.001])
 def test_a_camera_put_up_again_is_another_placement(moved):
     blocks = [recorded(0, speckle(1), 5), recorded(1, speckle(1) + moved, 6)]

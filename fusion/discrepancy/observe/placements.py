@@ -15,8 +15,10 @@ from fusion.sensor.view import Image
 TURNED, MOVED = 0.1, 0.1  # [rad], [m] guess: another side of a thing, beyond what a pose is off
 SAME_POSE = 1e-6  # [m], [rad] rounding of text files
 FLOOR_M = 2e-5  # a hundredth of usual noise (guess): where counts never change, rounding does
-ALIKE = 1.5  # chi2 per square up to which recordings differ by the noise of their frames: 1 +- 0.2 where they do
-MEDIAN = 0.4549  # of chi2 with one freedom: a few squares that something moved do not count
+# chi2 per square up to which recordings differ by the noise of their frames, of mean or median (a few squares that
+# something moved do not count in the median): 1 where they do, and what chance adds to so few, in standard deviations
+ALIKE, CHANCE = 1.5, 3.0
+MEDIAN = 0.4549  # of chi2 with one freedom
 FEWEST = 12  # squares that both must show
 
 
@@ -64,7 +66,8 @@ def _one_placement(one: FrameBlock, other: FrameBlock) -> bool:
     if np.count_nonzero(full) < FEWEST:
         return False
     chi2 = (squares[full] / count[full]) ** 2 / (variance[full] / count[full] ** 2 + FLOOR_M**2)
-    return bool(np.median(chi2) < ALIKE * MEDIAN)
+    least = max(ALIKE, 1 + CHANCE * np.sqrt(2 / len(chi2)))
+    return bool(min(np.median(chi2) / MEDIAN, np.mean(chi2)) < least)
 
 
 def _variance(block: FrameBlock) -> Image:
