@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.results.light import Light, level
+from fusion.results.light import AGAINST, Light, level
 from fusion.volume.beside import beside
 from fusion.volume.prepared import Prepared
 from fusion.volume.volume import Volume
@@ -18,7 +18,6 @@ Array = NDArray[np.float64]
 FRAMES = 16  # evenly from the way, as for a turntable: more say nothing new
 PARTS = 4  # of the way, of which the worst counts: what bends once does so in one of them (guess)
 LEAST = 500  # pixels that show the model: fewer say nothing (guess)
-AGAINST = (0.02, 0.08)  # of what frames show: as good, and as doubtful, as of a turntable (scan/judging/judge.py)
 
 
 @dataclass(frozen=True)
@@ -60,12 +59,10 @@ class Changed:
         judged = level(float(before + through), AGAINST)
         if judged == "ok":
             return Light("ok", "Agreement", "Frames see the surface where it is, from the first to the last.")
-        said = (
-            f"Frames {parts[worst][0]} to {parts[worst][-1]} contradict the surface in {before + through:.0%} of what "
+        said = f"Frames {parts[worst][0]} to {parts[worst][-1]} contradict the surface in {before + through:.0%} of "
+        said += (
+            f"what they show (median): they see something before it ({before:.0%}) or look through it ({through:.0%})."
         )
-        said += f"they show (median): they see something before it ({before:.0%}) or look through it ({through:.0%})."
-        do = (
-            "What was scanned bent or was moved, or the poses are wrong there: scan what keeps its shape, with nothing "
-        )
-        do += "else moving, or leave these frames out."
+        do = "What was scanned bent or was moved, or the poses are wrong there: scan what keeps its shape, with "
+        do += "nothing else moving, or leave these frames out."
         return Light(judged, "Agreement", said, do)

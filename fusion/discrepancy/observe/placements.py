@@ -66,8 +66,8 @@ def _one_placement(one: FrameBlock, other: FrameBlock) -> bool:
     if np.count_nonzero(full) < FEWEST:
         return False
     chi2 = (squares[full] / count[full]) ** 2 / (variance[full] / count[full] ** 2 + FLOOR_M**2)
-    least = max(ALIKE, 1 + CHANCE * np.sqrt(2 / len(chi2)))
-    return bool(min(np.median(chi2) / MEDIAN, np.mean(chi2)) < least)
+    most = max(ALIKE, 1 + CHANCE * np.sqrt(2 / len(chi2)))
+    return bool(min(np.median(chi2) / MEDIAN, np.mean(chi2)) < most)
 
 
 def _variance(block: FrameBlock) -> Image:

@@ -7,7 +7,7 @@ import numpy as np
 from fusion.geometry import pose
 from fusion.mesh.shape import CRUMB
 from fusion.results.judgement import Judgement
-from fusion.results.light import LEVELS, Light, frames_light, level, worst_first
+from fusion.results.light import AGAINST, LEVELS, Light, frames_light, level, worst_first
 from fusion.scan.judging.camera_light import camera_light, size_light
 from fusion.scan.judging.table_lights import table_lights
 
@@ -21,7 +21,6 @@ DEPTH_M = (0.001, 0.004)  # what depth cameras reach where an object fills the i
 GAP_DEG = (45.0, 120.0)
 OPEN_SHARE = (0.05, 0.2)
 DROPPED_SHARE = (0.05, 0.25)
-AGAINST = (0.02, 0.08)
 # of the noise of a pixel, what patches of frames lie off the surface by: up to 0.34 in 54 good scans and a real
 # box, 0.41 and more where an object was exchanged or tipped over (tools/sets/hard_scans, calibration, seed 1)
 BENT = (0.35, 0.4)
