@@ -34,7 +34,7 @@ def level(value: float, limits: tuple[float, float]) -> str:
     return "ok" if value <= limits[0] else "warning"
 
 
-# of what frames show, what contradicts the surface that all of them made: good up to the first, a problem above the second
+# of what frames show, what contradicts the surface that all made: good up to the first, a problem above the second
 # (guess)
 AGAINST = (0.02, 0.08)
 LOST_SHARE = (0.05, 0.3)  # good up to the first, a problem above the second (guess)
