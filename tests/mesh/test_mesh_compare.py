@@ -63,6 +63,17 @@ def test_larger_ball_stands_outside_by_the_difference():
     assert sum(found.histogram["counts"]) == STAND.samples
 
 
+@pytest.mark.parametrize("turned", [0.02, 2.0])
+def test_a_pose_that_is_said_to_be_near_is_refined_or_looked_for(turned):
+    shape = _object()
+    turn = Rotation.from_rotvec([0.0, 0.0, turned]).as_matrix()
+    moved = replace(shape, vertices=shape.vertices @ turn.T + [0.001, -0.002, 0.001])
+    near = compare(moved, shape, replace(FEW, near=True))
+    assert _turn_error_deg(near.T_reference_mesh, turn.T) < 0.05
+    assert near.accuracy.rms == pytest.approx(compare(moved, shape, FEW).accuracy.rms, abs=2e-5)
+    assert near.alignment.status == ("kept" if turned < 0.1 else "moved")
+
+
 def test_samples_are_even_over_area_not_over_triangles():
     near, far = trimesh.creation.box((1, 1, 1e-4)), trimesh.creation.box((1, 1, 1e-4))
     for _ in range(4):

@@ -45,7 +45,7 @@ def run(options: argparse.Namespace) -> None:
         scan = scan_turntable(recording, ScanSettings(sensor=read_sensor(partial / "simulated" / "sensor.json")))
         truth = read_mesh(partial / "simulated" / "truth.ply")
         with stage("comparing"):
-            comparison = compare(scan.mesh, truth, CompareSettings(scale=True))
+            comparison = compare(scan.mesh, truth, CompareSettings(scale=True, near=True))
         write_mesh(partial / "truth.ply", truth)
         write_comparison(partial, comparison)
         # told under the name that it will have

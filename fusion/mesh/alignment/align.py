@@ -52,6 +52,7 @@ def align_meshes(
     surfaces: tuple[Surface, Surface] | None = None,
     seen: Array | None = None,
     least: bool = False,
+    near: bool = False,
 ) -> Alignment:
     """Lay a mesh or point cloud on a reference, from any relative pose; the same input gives the same result.
 
@@ -62,6 +63,7 @@ def align_meshes(
         seen: (n, 3) points of the reference that the mesh ought to show: they tell a box with an open bottom from the
             same one upside down.
         least: of poses that fit as well take the one that turns the mesh least, as of scans that were set up alike.
+        near: they stand in one frame but for small errors: others are looked for only where that does not fit.
 
     Raises:
         MeshError: a surface without area, or too few points.
@@ -71,7 +73,7 @@ def align_meshes(
     origin = (reference.vertices.min(axis=0) + reference.vertices.max(axis=0)) / 2
     size = float(np.linalg.norm(np.ptp(reference.vertices, axis=0)))
     judge = PoseJudge(mesh, reference, (own, other), size, seen)
-    likely = _likely(judge, scale, least)
+    likely = (_standing(judge, scale) if near else None) or _likely(judge, scale, least)
     pose, matches = judge.exact.run(judge.fine, likely.pose, scale, rounds=60)
     if scale and pose.scale != 1 and not tells_scale(matches):  # what moved it was not this shape's
         pose = Similarity(pose.rotation, origin - pose.rotation @ pose.apply_inverse(origin[None])[0])
@@ -98,6 +100,12 @@ class _Likely(NamedTuple):
     pose: Similarity
     stands: bool  # it is about the one that the mesh stood in
     alike: list[Similarity]  # that fit as well, itself among them
+
+
+def _standing(judge: PoseJudge, scale: bool) -> _Likely | None:
+    """The pose that the mesh stands in, but for the last steps; None where it does not fit there."""
+    pose = judge.refined(judge.rough.run(judge.coarse, IDENTITY, scale, rounds=20)[0], scale)
+    return None if _poor(judge.score(pose), judge.size) else _Likely(pose, True, [pose])
 
 
 def _likely(judge: PoseJudge, scale: bool, least: bool) -> _Likely:

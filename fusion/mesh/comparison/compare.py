@@ -41,6 +41,7 @@ class CompareSettings:
     Attributes:
         align: find the pose first; else both stand in one frame already.
         scale: find one scale as well (needs `align`).
+        near: both stand in one frame but for small errors: only where the mesh does not fit so is its pose looked for.
         max_distance: the mesh further away than this [m] is left out of the accuracy, e.g. the table around an object.
         seen: (n, 3) points of the reference, in its own frame and unit, that the camera saw; the completeness is
             about these only.
@@ -50,6 +51,7 @@ class CompareSettings:
 
     align: bool = True
     scale: bool = False
+    near: bool = False
     max_distance: float | None = None
     seen: Array | None = None
     samples: int = 200_000
@@ -149,7 +151,7 @@ def compare(mesh: Mesh, reference: Mesh, settings: CompareSettings | None = None
     alignment = Alignment(np.eye(4), status="not asked")
     if settings.align:
         with stage("aligning"):
-            alignment = align_meshes(mesh, reference, settings.scale, surfaces, seen)
+            alignment = align_meshes(mesh, reference, settings.scale, surfaces, seen, near=settings.near)
     if alignment.status == "poor":
         sizes = f"{size(mesh):.3g} m and {size(reference):.3g} m from end to end"
         do = "" if settings.unit else " Unless these are metres, name the reference's unit with --unit."
@@ -162,7 +164,7 @@ def compare(mesh: Mesh, reference: Mesh, settings: CompareSettings | None = None
         there, left_out = _accuracy(mesh, surfaces[1], pose, settings, notes)
     accuracy = DistanceStatistics.of(there)
     mirror: list[str] = []
-    if settings.align and not left_out:
+    if settings.align and not left_out and not (settings.near and alignment.status == "kept"):
         with stage("aligning"):
             mirror = mirrored_note(mesh, reference, surfaces[1], pose, accuracy.rms)
     notes += mirror or _freedom_note(alignment) + _scale_note(alignment)  # of a mirror image distances mean nothing
