@@ -13,9 +13,9 @@ from fusion.progress import stage
 from fusion.scan.cleaning.clean import Cleaned, clean
 from fusion.scan.cleaning.plate_light import PlateLight, plate_light, plate_reach, without
 from fusion.scan.cleaning.seen import looked_through, seen_by_any
+from fusion.scan.cleaning.touching import fused_untouched
 from fusion.scan.judging.sure import MadeWith, scan_sigma
 from fusion.scan.placing import PlacedFrames
-from fusion.volume.prepared import fused
 from fusion.volume.volume import Volume
 
 
@@ -36,7 +36,7 @@ def make(placed: PlacedFrames) -> MadeObject:
     """The object of the frames that were placed."""
     opened, seen = placed.found.opened, placed.found
     settings, motion = opened.settings, seen.motion
-    volume = fused(placed.volume, seen.frames, placed.course.poses)
+    volume = fused_untouched(placed.volume, seen.frames, placed.course.poses)
     with stage("mesh"):
         surface = _of_the_object(volume.surface(), placed)
         both = surface, placed.free.volume.surface()

@@ -55,6 +55,7 @@ class Motion:
     print_contradicts: bool = False  # print says that the object moves as its shape does not, and was left out
     marked: int = 0  # frames of which marks on what the object stands on tell the turn
     table: float | None = None
+    plate_thickness: float = 0.0  # how thick a plate that is not round may be at most, in widths
     # (4,) of the axis, tilts [rad] and shifts [m] of the camera along x and y of the object's frame; None where no
     # model of all frames was fitted
     axis_std: Array | None = None
@@ -133,6 +134,7 @@ def estimate_motion(
         rejected=rejected,
         plate=None if plate is None else 0.0,
         table=None if plate is None or plate.table is None else plate.table - plate.height,
+        plate_thickness=0.0 if plate is None else plate.thickness,
         radius=float(np.percentile(reach, 99.8)),
         bottom=float(np.percentile(above_point, 0.2)),
         top=float(np.percentile(above_point, 99.8)),
@@ -191,6 +193,7 @@ def by_hand(found: Alone, begun: Begun, n: int, centre: Array) -> Motion:
         | {int(used[k]): f"only {1 - found.joint.misfit[k]:.0%} of the surface fits" for k in np.flatnonzero(bad)},
         plate=None if plate is None else 0.0,
         table=None if plate is None or plate.table is None else plate.table - plate.height,
+        plate_thickness=0.0 if plate is None else plate.thickness,
         radius=float(np.percentile(reach, 99.8)),
         bottom=float(np.percentile(above_point, 0.2)),
         top=float(np.percentile(above_point, 99.8)),

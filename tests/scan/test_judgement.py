@@ -131,7 +131,10 @@ PLANTED = {
         ("warning", lambda s: replace(s, mesh=without_a_side(s))),
         ("bad", lambda s: with_evidence(s, kept_share=0.6)),
     ],
-    "Plate": [("bad", lambda s: on_a_board(s, 0.01))],
+    "Plate": [
+        ("bad", lambda s: on_a_board(s, 0.01)),
+        ("bad", lambda s: with_motion(s, plate=0.0, table=-0.066, plate_thickness=0.24)),
+    ],
 }
 
 

@@ -36,4 +36,5 @@ def on_its_plate(motion: Motion, recording: Recording, sensor: Sensor) -> Motion
         return motion
     lower = motion.table
     axis = replace(motion.axis, point=motion.axis.point + lower * motion.axis.direction)
-    return replace(motion, axis=axis, table=None, bottom=motion.bottom - lower, top=motion.top - lower)
+    bottom, top = motion.bottom - lower, motion.top - lower
+    return replace(motion, axis=axis, table=None, plate_thickness=0.0, bottom=bottom, top=top)

@@ -26,6 +26,8 @@ DROPPED_SHARE = (0.05, 0.25)
 BENT = (0.35, 0.4)
 LOST = (0.05, 0.15)  # share of the frames without a place: up to 0.10 in good ones of the same, 0.20 in one said good
 STILL = 30.0  # [deg] views that all lie within this and contradict each other are of nothing that turns: guess
+# of its width, how thick a slab is taken for a plate without a word: boards, books and discs are thinner (guess)
+PLATE_THICK = 1 / 6
 SURELY = 3.0  # standard deviations of the mean step, below which views go to and fro and nowhere
 THIN_SHARE = 0.03  # of 13 scans without thin parts up to 0.015 had such, with them 0.07 (tools/sets/spoiled)
 # of what noise leaves of the surface, what the poses bend it by: up to 0.15 where scans were good, 0.43 and more where
@@ -160,7 +162,13 @@ def _thin(scan: "Scan") -> list[Light]:
 
 
 def _stood_on(scan: "Scan") -> list[Light]:
-    """What may be no part of the object, where no plate was seen that would have been cut off."""
+    """What may be no part of the object where no plate was seen, or part of it where a thick one was."""
+    if scan.motion.plate_thickness > PLATE_THICK and not scan.settings.keep_plate:
+        assert scan.motion.table is not None
+        said = f"What turns up to {-1e3 * scan.motion.table:.0f} mm above the table was taken for a plate and cut off,"
+        thickness = f"{scan.motion.plate_thickness:.0%}"
+        said += f" though it may be {thickness} as thick as it is wide: a box, or the object's foot."
+        return [Light("bad", "Plate", said, "If it is the object's, pass --keep-plate; else all is well.")]
     shape = scan.facts.shape
     beside = 1 - shape.largest_share - shape.crumb_share
     if scan.motion.plate is not None or scan.settings.keep_plate or beside < CRUMB:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from fusion.turntable.axis import Axis
 from fusion.turntable.table.level import BEYOND, LEAST_SECTORS, SIDES, THICK, is_plate, steady_at
-from fusion.turntable.table.slab import LOWEST, WIDER, is_slab, reach_of
+from fusion.turntable.table.slab import LOWEST, WIDER, reach_of, thickness_of
 from fusion.turntable.views import ObjectView
 
 Array = NDArray[np.float64]
@@ -33,6 +33,7 @@ class Plate:
     height: float  # of its surface along the axis [m], measured from the axis' point
     # that of the table below it, where the plate is not round, so that it is seen to turn; else None
     table: float | None = None
+    thickness: float = 0.0  # how thick it may be at most where it is not round, in widths
 
 
 def find_plate(views: Sequence[ObjectView], axis: Axis, motions: Array | None = None) -> Plate | None:
@@ -60,7 +61,7 @@ def find_plate(views: Sequence[ObjectView], axis: Axis, motions: Array | None = 
         tables = found or [h for h in levels if is_plate(some, axis, h, size, max(WIDER) * BEYOND)]
         slab = None if turned is None or not tables else _slab(some, axis, turned, min(tables), size)
         if slab is not None:
-            return Plate(slab, min(tables))
+            return slab
         if found:
             return Plate(found[0])
     return None
@@ -93,15 +94,19 @@ def has_a_rim(views: Sequence[ObjectView], axis: Axis, height: float, size: floa
     return bool(np.mean(ends >= ROUND * outermost) >= SIDES and beyond.any(axis=0).sum() >= LEAST_SECTORS)
 
 
-def _slab(views: Sequence[ObjectView], axis: Axis, motions: Array, ground: float, size: float) -> float | None:
-    """Height of a plate that turns above a table that stands still [m]; None where there is none."""
+def _slab(views: Sequence[ObjectView], axis: Axis, motions: Array, ground: float, size: float) -> Plate | None:
+    """A plate that turns above a table that stands still; None where there is none."""
     reach = max(WIDER) * reach_of(views, axis)
     near = [axis.distance(_level(v, axis)) for v in views]
     height = np.concatenate([h[r < reach] for r, h in near])
     limits = (ground + LOWEST * size, ground + THICKEST * size)
     height = height[(height > limits[0]) & (height < limits[1])]
     levels = _largest(height, limits, CELL * size) if _enough(height, views) else []
-    return next((h for h in levels if is_slab(views, axis, motions, (h, ground), size)), None)
+    for level in levels:
+        thickness = thickness_of(views, axis, motions, (level, ground), size)
+        if thickness is not None:
+            return Plate(level, ground, thickness)
+    return None
 
 
 def _level(view: ObjectView, axis: Axis) -> Array:

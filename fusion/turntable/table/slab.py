@@ -41,8 +41,12 @@ WIDER = (1, 2)  # as far as plates reach, and as far as those of small things do
 PAST = 0.2  # share of the frames in which a cell beyond its border is there at most
 
 
-def is_slab(views: Sequence[ObjectView], axis: Axis, motions: Array, heights: tuple[float, float], size: float) -> bool:
-    """True when a level surface turns with the object close above a table, is thin, ends all round, and carries it.
+def thickness_of(
+    views: Sequence[ObjectView], axis: Axis, motions: Array, heights: tuple[float, float], size: float
+) -> float | None:
+    """How thick a slab may be at most, in widths; None where there is none.
+
+    A slab is a level surface that turns with the object close above a table, is thin, ends all round, and carries it.
 
     Args:
         views: (n) frames.
@@ -52,12 +56,13 @@ def is_slab(views: Sequence[ObjectView], axis: Axis, motions: Array, heights: tu
         size: of what turns [m], see `plate.size_of`.
     """
     reach = reach_of(views, axis)
-    return any(_is_slab(views, axis, motions, heights, (wider * reach, THICK * size)) for wider in WIDER)
+    found = (_thickness(views, axis, motions, heights, (wider * reach, THICK * size)) for wider in WIDER)
+    return next((thickness for thickness in found if thickness < FLAT), None)
 
 
-def _is_slab(
+def _thickness(
     views: Sequence[ObjectView], axis: Axis, motions: Array, heights: tuple[float, float], limits: tuple[float, float]
-) -> bool:
+) -> float:
     height, over, (reach, most) = heights[0], heights[0] - heights[1], limits
     thick = min(most, HALFWAY * over)
     plane = np.array([height, 0.0, 0.0])
@@ -65,20 +70,20 @@ def _is_slab(
     seen = counted(views, axis, plane, thick, [transform(T, cells) for T in motions])
     told, share, there = steady(seen)
     if there.any(axis=0).mean() < SIDES or (there.sum(axis=1) >= LEAST_SECTORS).sum() < LEAST_RINGS:
-        return False
+        return np.inf
     area = np.arange(RINGS)[:, None] + 0.5
     coming = told & ~_grown(there) & (share > PAST)  # of a cell on the border a part comes and goes
     if (area * coming).sum() >= UNSTEADY * (area * there).sum():
-        return False
+        return np.inf
     ends = np.where(there.any(axis=0), RINGS - np.argmax(there[::-1], axis=0), 0)  # rings of each side
     wide = 2 * float(np.mean(ends[ends > 0])) * reach / RINGS
     beyond = told & (share < PAST) & (np.arange(RINGS)[:, None] >= ends)
     ended = np.asarray(beyond.any(axis=0))[ends > 0].mean() >= SIDES
     radii = ends * reach / RINGS
     if not ended or not _carried(views, axis, motions, height + most, radii):
-        return False
+        return np.inf
     free = over >= FLAT * wide and _looked_under(views, axis, motions, (heights[1], UNDER * over), radii)
-    return over * (1 - UNDER if free else 1) < FLAT * wide
+    return over * (1 - UNDER if free else 1) / wide
 
 
 def _looked_under(
