@@ -25,7 +25,8 @@ NOISIEST = 0.5  # standard deviations above this share of the truncation would t
 class Prepared:
     """A corrected frame ready for tracking and fusion: depth [m], its surface, and the weight of each pixel.
 
-    `color` (h, w, 3) of the same pixels helps tracking, where it is kept; what `frame` has is fused.
+    `color` (h, w, 3) of the same pixels helps tracking, where it is kept; what `frame` has is fused. `passing` (h, w) is
+    what was taken out as something that passes before the object; None where nothing was.
     """
 
     depth: NDArray[np.float32]
@@ -33,6 +34,7 @@ class Prepared:
     weight: NDArray[np.float32]
     frame: Frame
     color: NDArray[np.uint8] | None = None
+    passing: NDArray[np.bool_] | None = None
 
     def masked(self, mask: NDArray[np.bool_]) -> "Prepared":
         """With depth and normals within a mask (h, w) alone; the points, which say what is not there, stay."""

@@ -1,5 +1,7 @@
 """What of a hand is left on an object goes; without a hand, or where the frame's place is wrong, all stays."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from owl_and_arm import CAMERA, NEAR, alone, frames_of
@@ -27,7 +29,8 @@ def touched(cut=CUT, arm_in=(0, 1)):
     for k in arm_in:
         y = pose.transform(poses[k], frames[k].surface.points.astype(float))[..., 1]
         fingers[k] &= ~(y > cut)
-        frames[k] = frames[k].masked(~(y > cut))
+        hand = (y > cut) & np.isfinite(frames[k].depth)
+        frames[k] = replace(frames[k].masked(~hand), passing=hand if hand.any() else None)
     return frames, poses, fingers
 
 

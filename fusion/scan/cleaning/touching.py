@@ -20,9 +20,10 @@ from fusion.volume.volume import Volume
 
 Mask = NDArray[np.bool_]
 HANDS = 3  # times that hands are looked for: without one finger the surface tells of another behind it (guess)
-FEW = 20  # pixels that were taken out of a frame: noise and edges (guess)
+FIRST = 8  # frames of the largest hands: where none of them has more of it, none has (guess)
 REACH = np.ones((5, 5), np.uint8)  # pixels across which a finger and its hand hang together, and its rim (guess)
-WIDE = np.ones((3, 3), np.uint8)  # pixels that are wide: lines alone may be rims of the object
+# [m] and [px] as wide is a patch at least: half a finger; rims of the object are narrower, where its place is not exact
+FINGER, LEAST = 0.005, 3
 MOST = 0.25  # of what a frame shows of the object: more than that is no hand, but a frame at a wrong place (guess)
 
 
@@ -45,40 +46,48 @@ def fused_untouched(settings: VolumeSettings, frames: Sequence[Prepared | None],
 
 def without_touching(volume: Volume, frames: Sequence[Prepared | None], poses: Array) -> list[Prepared | None] | None:
     """The frames that a volume was made of without what stands before its surface beside a hand; None: nothing does."""
+    hands = {k: f.passing.sum() for k, f in enumerate(frames) if f is not None and f.passing is not None}
+    largest = sorted(hands, key=lambda k: -hands[k])
     found, had = list(frames), False
-    for k, (frame, T) in enumerate(zip(frames, poses, strict=True)):
-        if frame is None or not np.isfinite(T).all():
+    for count, k in enumerate([*largest, *(k for k in range(len(frames)) if k not in hands)]):
+        frame = frames[k]
+        if frame is None or not np.isfinite(poses[k]).all() or not np.isfinite(frame.depth).any():
             continue
-        hand = _taken_out(frame)
-        if hand.sum() <= FEW or not np.isfinite(frame.depth).any():
-            continue
-        touching = _touching(volume, frame, T, hand) & np.isfinite(frame.depth)
+        if not had and count >= min(FIRST, len(largest)):
+            break
+        touching = _touching(volume, frame, poses[k]) & np.isfinite(frame.depth)
         if touching.any():
             found[k], had = frame.masked(~touching), True
     return found if had else None
 
 
-def _taken_out(frame: Prepared) -> Mask:
-    """(h, w) what a camera measured and the frame shows no more."""
-    return np.asarray(np.isfinite(frame.surface.points[..., 2]) & ~np.isfinite(frame.depth))
-
-
-def _touching(volume: Volume, frame: Prepared, T: Array, hand: Mask) -> Mask:
-    """(h, w) patches before the surface that hang together with a hand, their rims included."""
+def _touching(volume: Volume, frame: Prepared, T: Array) -> Mask:
+    """(h, w) patches before the surface that hang together with what was taken out, their rims included."""
     there = beside(volume, frame, T)
     off = np.nan_to_num(there.off)
     shown = np.isfinite(there.off) & (there.facing > np.cos(STEEPEST))
-    before = cv2.morphologyEx((shown & (off < -there.limit)).astype(np.uint8), cv2.MORPH_OPEN, WIDE)
-    z = frame.surface.points[..., 2]
-    distance = float(np.nanmedian(np.where(np.isfinite(frame.depth), z, np.nan)))
-    radius = int(np.ceil(APART * frame.surface.camera.fx / distance))
-    around = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * radius + 1, 2 * radius + 1))
-    nearest = cv2.erode(np.where(hand, z, np.inf).astype(np.float32), around)
-    with np.errstate(invalid="ignore"):
-        beside_hand = np.abs(nearest - z) < APART
+    wide = np.ones((max(LEAST, int(FINGER * _pixels_per_metre(frame))),) * 2, np.uint8)
+    before = cv2.morphologyEx((shown & (off < -there.limit)).astype(np.uint8), cv2.MORPH_OPEN, wide)
     labels = cv2.connectedComponents(before)[1]
     far = np.unique(labels[off < -volume.settings.truncation])  # else the object itself, at a place that is not exact
-    both = np.intersect1d(far, np.unique(labels[beside_hand]))
+    both = np.intersect1d(far, np.unique(labels[_near_what_was_taken_out(frame)]))
     patches = np.isin(labels, both[both > 0])
     whole = cv2.dilate(patches.astype(np.uint8), REACH) > 0
     return whole if patches.sum() < MOST * shown.sum() else np.zeros_like(whole)
+
+
+def _near_what_was_taken_out(frame: Prepared) -> Mask:
+    """(h, w) pixels that lie within a hand's width of some that the frame shows no more."""
+    z, shown = frame.surface.points[..., 2], np.isfinite(frame.depth)
+    radius = int(np.ceil(APART * _pixels_per_metre(frame)))
+    around = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * radius + 1, 2 * radius + 1))
+    out = np.isfinite(z) & ~shown
+    nearest = cv2.erode(np.where(out, z, np.inf).astype(np.float32), around)
+    with np.errstate(invalid="ignore"):
+        return np.asarray(np.abs(nearest - z) < APART)
+
+
+def _pixels_per_metre(frame: Prepared) -> float:
+    """At the distance of what a frame shows."""
+    shown = np.isfinite(frame.depth)
+    return float(frame.surface.camera.fx / np.median(frame.surface.points[..., 2][shown]))

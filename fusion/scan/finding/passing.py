@@ -9,7 +9,7 @@ over: that holds the noise, what is alike in neighbours, and what the motion is 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -109,13 +109,18 @@ def without_passing(frames: Sequence[Prepared | None], region: Region, poses: Ar
         passing = _passing(told, asked)
         image = _image(asked, passing, frame.depth.shape, step)
         wide = _patches(asked, passing.some & asked.inner).any()
-        return frame.masked(~image) if (image & taken).any() else frame, bool(wide)
+        return _without(frame, image) if (image & taken).any() else frame, bool(wide)
 
     pulled = 0
     for k, cut in zip(placed, each(ahead(without, placed.tolist()), "passing", len(placed)), strict=True):
         found[k], pulls = cut()
         pulled += pulls
     return Clear(found, pulled / max(len(frames), 1))
+
+
+def _without(frame: Prepared, passing: Mask) -> Prepared:
+    before = frame.passing
+    return replace(frame.masked(~passing), passing=passing if before is None else passing | before)
 
 
 def _asked(frame: Prepared, taken: Mask, inner: Mask, T: Array, step: int) -> _Asked:
