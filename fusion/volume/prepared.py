@@ -25,8 +25,8 @@ NOISIEST = 0.5  # standard deviations above this share of the truncation would t
 class Prepared:
     """A corrected frame ready for tracking and fusion: depth [m], its surface, and the weight of each pixel.
 
-    `color` (h, w, 3) of the same pixels helps tracking, where it is kept; what `frame` has is fused. `passing` (h, w) was
-    taken out as something that passes before the object; None where nothing was.
+    `color` (h, w, 3) of the same pixels helps tracking, where it is kept; what `frame` has is fused. `passing` (h, w)
+    was taken out as something that passes before the object; None where nothing was.
     """
 
     depth: NDArray[np.float32]

@@ -168,6 +168,15 @@ def test_a_plate_on_a_foot_is_one_however_high_it_stands(shape):
     assert thick is None or thick.table is None
 
 
+@pytest.mark.parametrize("thick", [0.02, 0.05])
+def test_how_thick_a_plate_may_be_is_told_in_its_widths(thick):
+    slab = box((-0.13, -0.11, -thick), (0.11, 0.12, 0.0), GREY)
+    still = box((-1.0, -1.0, -0.1), (0.5, 1.0, -thick), GREY)
+    found = find_plate(*seen((BODY, slab), still), motions())
+    assert found is not None and found.table is not None
+    assert found.thickness == pytest.approx(thick / 0.27, rel=0.15)  # from border to border and corner to corner
+
+
 def test_level_specks_of_a_wall_are_no_slab():
     """Noise tilts a few pixels of a pile's sides until they lie level: it was cut off at that height."""
     still = box((-1.0, -1.0, -0.02), (0.5, 1.0, 0.0), GREY)
