@@ -7,12 +7,10 @@ import numpy as np
 from fusion.certainty.sigma import Sure
 from fusion.coloring.color_mesh import Colored, color_mesh
 from fusion.geometry.camera import Principle
-from fusion.mesh.mesh import Mesh
-from fusion.mesh.vertices import vertices_kept
 from fusion.progress import stage
 from fusion.scan.cleaning.clean import Cleaned, clean
 from fusion.scan.cleaning.plate_light import PlateLight, plate_light, plate_reach, without
-from fusion.scan.cleaning.seen import looked_through, seen_by_any
+from fusion.scan.cleaning.seen import of_the_object
 from fusion.scan.cleaning.touching import fused_untouched
 from fusion.scan.judging.sure import MadeWith, scan_sigma
 from fusion.scan.placing import PlacedFrames
@@ -38,7 +36,8 @@ def make(placed: PlacedFrames) -> MadeObject:
     settings, motion = opened.settings, seen.motion
     volume = fused_untouched(placed.volume, seen.frames, placed.course.poses)
     with stage("mesh"):
-        surface = _of_the_object(volume.surface(), placed)
+        poses, by_hand = placed.course.poses, motion.shifts is not None
+        surface = of_the_object(volume.surface(), seen.frames, poses, placed.volume.truncation, by_hand)
         both = surface, placed.free.volume.surface()
         cleaned, rough = (clean(one, settings, motion, placed.volume.voxel) for one in both)
         recording, light = seen.recording, None
@@ -46,7 +45,6 @@ def make(placed: PlacedFrames) -> MadeObject:
         if flies and motion.plate is not None and not settings.keep_plate and cleaned.mesh.normals is not None:
             first = int(np.flatnonzero(placed.course.valid)[0])
             object_reach = float(np.hypot(*cleaned.mesh.vertices[:, :2].T).max())
-            poses = placed.course.poses
             radius = plate_reach(recording[first].depth, recording.camera, poses[first], object_reach)
             light = plate_light(cleaned.mesh, seen.frames, poses, radius, settings.plate_reflectance)
         if light is not None and light.taken_out:
@@ -57,13 +55,3 @@ def make(placed: PlacedFrames) -> MadeObject:
     mesh = sure.onto(cleaned.mesh)
     colored = color_mesh(mesh, seen.recording, placed.course) if settings.color else Colored(mesh)
     return MadeObject(placed, volume, cleaned, rough, colored, sure, light)
-
-
-def _of_the_object(surface: Mesh, placed: PlacedFrames) -> Mesh:
-    """Without what no frame shows where a hand placed them, and without what most look through."""
-    seen, near = placed.found, placed.volume.truncation
-    if seen.motion.shifts is not None:  # frames that a hand placed do not lie on each other as on one axis
-        surface = vertices_kept(surface, seen_by_any(surface, seen.frames, placed.course.poses, near))
-    passing = looked_through(surface, seen.frames, placed.course.poses, near)
-    # else it is the motion that is wrong, and judged so
-    return vertices_kept(surface, ~passing) if 2 * passing.sum() < len(passing) else surface

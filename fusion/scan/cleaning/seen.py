@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.mesh.mesh import Mesh
+from fusion.mesh.vertices import vertices_kept
 from fusion.scan.cleaning.facing import facing
 from fusion.volume.prepared import Prepared
 
@@ -21,6 +22,21 @@ AROUND = np.ones((5, 5), np.uint8)  # pixels beside which rims lie: a pixel, and
 BESIDE = np.ones((3, 3), np.uint8)  # pixels without depth, where nothing is: single ones lack it by chance
 SQUARE = 0.5  # least cosine between normal and line of sight at which a surface is measured, if at all (guess)
 ASKED = 36  # frames, evenly from the scan: a part faces a third of them, and more say nothing new
+
+
+def of_the_object(surface: Mesh, frames: Sequence[Prepared | None], poses: Array, near: float, by_hand: bool) -> Mesh:
+    """A surface without what no frame shows where a hand placed them, and without what most look through.
+
+    Args:
+        surface: with normals.
+        frames, poses, near: as in `looked_through`.
+        by_hand: the frames do not lie on each other as on one axis.
+    """
+    if by_hand:
+        surface = vertices_kept(surface, seen_by_any(surface, frames, poses, near))
+    passing = looked_through(surface, frames, poses, near)
+    # else it is the motion that is wrong, and judged so
+    return vertices_kept(surface, ~passing) if 2 * passing.sum() < len(passing) else surface
 
 
 def seen_by_any(mesh: Mesh, frames: Sequence[Prepared | None], poses: Array, near: float) -> NDArray[np.bool_]:

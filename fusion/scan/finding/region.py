@@ -68,10 +68,11 @@ def find_region(
     def sigma(z: NDArray[np.float32]) -> NDArray[np.float32]:
         return np.asarray(sensor.sigma(z, None, camera), np.float32)
 
+    pictures = None if shown is None else colors
     if settings.box is not None:
         low, high = np.sort(np.array(settings.box, float), axis=0)
-        return Region(low, high, wall=find_wall(np.stack(depths), camera, sigma, (low, high), colors))
-    moving = find_moving(np.stack(depths), camera, sigma, colors)
+        return Region(low, high, wall=find_wall(np.stack(depths), camera, sigma, (low, high), pictures))
+    moving = find_moving(np.stack(depths), camera, sigma, pictures)
     region = Region(moving.low, moving.high, moving.still, moving.wall).grown(0.015)
     seen = [k for k, color in enumerate(colors) if color is not None]
     foot = _foot(moving, camera, depths) if look_below and len(seen) >= 3 else None
