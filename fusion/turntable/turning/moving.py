@@ -29,9 +29,6 @@ MOSTLY = 0.6  # share of an object that stands so far before the background, unl
 # share of an outline that stands still in depth: 0.57 and 0.93 of two balls near the axis, 0.04 to 0.25 of five other
 # things and of a ball that stood off it (a guess, by scans of one seed)
 HOLLOW = 0.5
-# of an outline, what moves by print alone beyond it: 0.36 of a ball of which half was lost, up to 0.03 of nine things
-# of which nothing was (a guess; 0.2 to 1 of others, which stay as they are)
-BEYOND = 0.1
 LEAST = 30  # moving pixels a frame: noise and edges gave 9 where nothing turned, a small object 1100
 
 
@@ -172,16 +169,10 @@ def look_behind(
 def _without_print(
     behind: Behind, depths: NDArray[np.float32], colors: Colors | None, outline: NDArray[np.bool_]
 ) -> Behind:
-    """What stands behind, without what only print tells to move.
-
-    That counts where most of an outline stands still, and where it goes far beyond it: a ball on a square plate.
-    """
-    if colors is None:
+    """What stands behind, without what only print tells to move: asked where most of an outline stands still."""
+    if colors is None or not (behind.still & outline).sum() > HOLLOW * outline.sum():
         return behind
     moves = print_moves(depths, colors, (behind.far, behind.limit), outline)
-    hollow = (behind.still & outline).sum() > HOLLOW * outline.sum()
-    if not hollow and (moves & ~outline).sum() < BEYOND * outline.sum():
-        return behind
     far = np.where(moves, np.float32(np.nan), behind.far)
     return replace(behind, far=far, still=behind.still & ~moves, usual=behind.usual & ~moves)
 
