@@ -177,6 +177,13 @@ def test_how_thick_a_plate_may_be_is_told_in_its_widths(thick):
     assert found.thickness == pytest.approx(thick / 0.27, rel=0.15)  # from border to border and corner to corner
 
 
+def test_a_plate_on_a_foot_is_no_thicker_than_one_looks_under_it():
+    foot, still = box((-0.02, -0.02, -0.06), (0.02, 0.02, 0.0), GREY), box((-1.0, -1.0, -0.08), (0.5, 1.0, -0.06), GREY)
+    found = find_plate(*seen((BODY, SLOTTED, foot), still), motions())
+    assert found is not None and found.table is not None
+    assert found.thickness == pytest.approx(2 / 3 * 0.06 / 0.28, rel=0.1)
+
+
 def test_level_specks_of_a_wall_are_no_slab():
     """Noise tilts a few pixels of a pile's sides until they lie level: it was cut off at that height."""
     still = box((-1.0, -1.0, -0.02), (0.5, 1.0, 0.0), GREY)

@@ -82,7 +82,7 @@ def _thickness(
     radii = ends * reach / RINGS
     if not ended or not _carried(views, axis, motions, height + most, radii):
         return np.inf
-    free = over >= FLAT * wide and _looked_under(views, axis, motions, (heights[1], UNDER * over), radii)
+    free = _looked_under(views, axis, motions, (heights[1], UNDER * over), radii)
     return over * (1 - UNDER if free else 1) / wide
 
 
