@@ -10,7 +10,7 @@ from fusion.simulation.demo.demo import looking_at
 from fusion.simulation.rendering.render import RayCaster
 from fusion.simulation.scene.shapes import box, joined
 from fusion.turntable.turning.moving import find_moving
-from fusion.turntable.turning.print_moves import outline_of, print_moves
+from fusion.turntable.turning.print_moves import bent_beyond, outline_of, print_moves
 
 CAMERA = Camera(320, 240, 330.0, 330.0, 159.5, 119.5)
 T_WORLD_CAMERA = looking_at(np.array([0.5, 0.0, 0.25]), np.array([0.0, 0.0, 0.07]))
@@ -27,10 +27,12 @@ def patches(points):
     return ((cell @ [7, 13, 29] + cell[..., 0] * cell[..., 2] * 3) * 37) % 170 + 40.0
 
 
-def made(aside):
-    """Depths, brightness of each frame with a printed ball, and which pixels show the ball."""
+def made(aside, plate=None):
+    """Depths, brightness of each frame with a printed ball, on a plate that turns with it, and which pixels show it."""
     wall = box((-0.25, -1.0, -0.5), (-0.2, 1.0, 1.0), (200, 200, 200))
-    table = box((-0.2, -0.5, -0.05), (0.4, 0.5, 0.0), (120, 90, 60))
+    top = 0.0 if plate is None else -0.03
+    table = box((-0.2, -0.5, -0.05), (0.4, 0.5, top), (120, 90, 60))
+    carrier = None if plate is None else RayCaster(plate)
     behind = RayCaster(joined([wall, table])).view(CAMERA, T_WORLD_CAMERA).depth
     rays = np.concatenate([CAMERA.rays(), np.ones((*CAMERA.shape, 1))], axis=-1)
     random, depths, images, shown = np.random.default_rng(2), [], [], []
@@ -41,9 +43,16 @@ def made(aside):
         a, b = (along**2).sum(axis=-1), along @ start
         with np.errstate(invalid="ignore"):
             ball = (-b - np.sqrt(b**2 - a * (start @ start - RADIUS**2))) / a
-        first = ball < behind
-        depth = np.where(first, ball, behind)
-        there = rays @ T_WORLD_CAMERA[:3, :3].T * behind[..., None] + T_WORLD_CAMERA[:3, 3]
+        below, on_plate = behind, np.zeros(CAMERA.shape, bool)
+        if carrier is not None:
+            own = carrier.view(CAMERA, pose.inverse(turn) @ T_WORLD_CAMERA).depth
+            on_plate = np.isfinite(own)
+            below = np.where(on_plate, own, behind)
+        with np.errstate(invalid="ignore"):
+            first = ball < below
+        depth = np.where(first, ball, below)
+        there = rays @ T_WORLD_CAMERA[:3, :3].T * below[..., None] + T_WORLD_CAMERA[:3, 3]
+        there = np.where(on_plate[..., None], pose.transform(pose.inverse(turn), there), there)
         gray = np.where(first, patches(along * np.nan_to_num(ball)[..., None] + start), patches(there))
         depths.append((depth + random.normal(0, 0.0007, depth.shape)).astype(np.float32))
         images.append(gray)
@@ -88,6 +97,45 @@ def test_the_front_of_a_ball_that_stands_still_in_depth_is_no_background():
     before = (depths < found.wall) & ~found.still
     assert (before & shown).sum() > 0.96 * shown.sum()
     assert (before & ~shown).mean() < 0.01
+
+
+def test_a_ball_on_a_plate_that_moves_much_is_no_background():
+    """Little of what moves stands still: the ball's upper half was left out, which nothing moves but its print."""
+    depths, gray, shown = made(0.0, box((-0.04, -0.04, -0.012), (0.2, 0.04, 0.0), (120, 90, 60)))
+    ball, (high, middle) = shown.all(axis=0), (above(2 * RADIUS), above(RADIUS))
+    without = find_moving(depths, CAMERA, sigma)
+    assert without.still[ball].mean() > 0.5, "or this asks for nothing"
+    found = find_moving(depths, CAMERA, sigma, pictures(gray))
+    assert found.still[ball].mean() < 0.1
+    assert found.low[1] < high[1] + 0.01 < middle[1]  # y looks down
+
+
+def test_a_printed_plate_and_a_shadow_on_the_wall_are_nothing_bent():
+    """Of a box on its printed plate these would take what stands behind away, and nothing of the box is lost."""
+    rays = CAMERA.rays()
+    plate = (1 / (1.2 + 2.0 * rays[..., 1])).astype(np.float32)
+    usual = (
+        plate + np.random.default_rng(4).normal(0, 0.001, plate.shape).astype(np.float32),
+        np.full_like(plate, 0.006),
+    )
+    moves, outline = np.zeros(plate.shape, bool), np.zeros(plate.shape, bool)
+    moves[100:200, 60:260], outline[90:150, 80:240] = True, True
+    reach = float(plate[moves].min()), float(plate[moves].max())
+    beyond = (moves & ~outline).sum()
+    assert bent_beyond(moves, usual, outline, reach).sum() < 0.02 * beyond
+    usual[0][moves & ~outline] += 1.0
+    assert not bent_beyond(moves, usual, outline, reach).any()
+    ball = 0.75 - np.sqrt(np.maximum(0.0049 - (rays[..., 0] * 0.75) ** 2 - (rays[..., 1] * 0.75) ** 2, 0))
+    moves = np.hypot(rays[..., 0], rays[..., 1]) < 0.085
+    outline = rays[..., 1] > 0.02
+    found = bent_beyond(moves, (ball.astype(np.float32), usual[1]), outline, (0.6, 0.8))
+    assert found.sum() > 0.5 * (moves & ~outline).sum()
+    assert not bent_beyond(moves, usual, np.ones_like(moves), reach).any()
+
+
+def above(height):
+    """A point of the axis, in the camera's frame [m]."""
+    return T_WORLD_CAMERA[:3, :3].T @ (np.array([0.0, 0.0, height]) - T_WORLD_CAMERA[:3, 3])
 
 
 def test_shadows_and_a_ball_of_one_colour_are_nothing_that_moves(scene):

@@ -20,6 +20,9 @@ FEWEST = 4  # frames that tell how much a pixel changes
 CHANGED = 0.08  # spread of a pixel's contrast over the frames: noise makes 0.02 of it, print 0.2 to 0.4 (guess)
 FIELD = 15  # [px] of print that may have one colour: over which half of the pixels must change (guess)
 
+NOISES = 2.5  # limits of what stands still are 5 standard deviations: of a plane, 2 are
+REFITS = 5  # of a plane, to what lies in it
+
 
 def print_moves(
     depths: Image, colors: Sequence[NDArray[np.uint8] | None], usual: tuple[Image, Image], outline: Mask
@@ -57,6 +60,34 @@ def outline_of(points: NDArray[np.float64], camera: Camera) -> Mask:
         hull = cv2.convexHull(camera.project(points).astype(np.float32))
         cv2.fillConvexPoly(outline, np.rint(hull).astype(np.int32), 1)
     return outline > 0
+
+
+def bent_beyond(moves: Mask, usual: tuple[Image, Image], outline: Mask, reach: tuple[float, float]) -> Mask:
+    """(h, w) pixels that move by print beyond an outline, as far away as what is in it, and off the plane most lie in.
+
+    A ball rises over the plate that carries it. The plate's own print moves too, but is flat; a wall behind, over which
+    a shadow moves, is farther away.
+
+    Args:
+        moves: (h, w), see `print_moves`.
+        usual, outline: as there.
+        reach: least and greatest depth [m] of what moves.
+    """
+    far, limit = usual
+    with np.errstate(invalid="ignore"):
+        v, u = np.nonzero(moves & ~outline & (far > reach[0]) & (far < reach[1]))
+    # a plane is linear in 1 / z over the pixels; an error of z is one of z^2 times as much in 1 / z
+    z, near = far[v, u].astype(float), limit[v, u] / NOISES
+    rows, flat = np.column_stack([u, v, np.ones(len(u))]), np.ones(len(u), bool)
+    for _ in range(REFITS):
+        if flat.sum() < 3:
+            break
+        weight = z[flat] ** 2
+        plane = np.linalg.lstsq(rows[flat] * weight[:, None], z[flat], rcond=None)[0]
+        flat = np.abs(z**2 * (rows @ plane) - z) < near
+    bent = np.zeros_like(moves)
+    bent[v[~flat], u[~flat]] = True
+    return bent
 
 
 def _to_rims(found: Mask, far: Image, limit: Image) -> Mask:
