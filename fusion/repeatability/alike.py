@@ -41,7 +41,7 @@ class DifferingPlace:
     share: float  # of the surface
     centre_m: Array  # (3,) on the mean surface [m]
     across_m: float  # diagonal of the box about it [m]
-    height_m: float  # what the scans are apart there at most [m]
+    height_m: float  # that scan is off the mean of the others there at most [m]
     scan: int  # index of the one that is furthest from the mean there
 
 
@@ -119,9 +119,20 @@ def differing_place(points: Array, offsets: Array) -> DifferingPlace | None:
     members = one_piece(points, members, spacing_of(points))
     if len(members) < 2:
         return None
-    there = offsets[members]
-    height = float((np.nanmax(there, axis=1) - np.nanmin(there, axis=1)).max())
-    scan = int(np.argmax(np.where(np.isfinite(there), np.abs(there), 0).mean(axis=0)))
+    scan = int(np.argmax(np.where(known[members], np.abs(offsets[members]), 0).mean(axis=0)))
+    away = _from_others(offsets, scan)
+    # what lies so far off is a place's peaks; it ends where the scan is half as far off
+    half = float(np.nanmedian(away[members])) / 2
+    reached = one_piece(points, np.union1d(members, np.flatnonzero(away > half)), spacing_of(points))
+    members = reached if np.isin(members, reached).any() else members
     at = points[members]
     across = float(np.linalg.norm(np.ptp(at, axis=0)))
-    return DifferingPlace(len(members) / len(points), at.mean(axis=0), across, height, scan)
+    return DifferingPlace(len(members) / len(points), at.mean(axis=0), across, float(np.nanmax(away[members])), scan)
+
+
+def _from_others(offsets: Array, scan: int) -> Array:
+    """How far (m,) [m] one scan lies off the mean of the others; NaN where it or all of them show nothing."""
+    others = np.delete(offsets, scan, axis=1)
+    known = np.isfinite(others)
+    mean = np.where(known, others, 0).sum(axis=1) / np.maximum(known.sum(axis=1), 1)
+    return np.asarray(np.where(known.any(axis=1), np.abs(offsets[:, scan] - mean), np.nan))

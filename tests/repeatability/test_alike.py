@@ -16,10 +16,11 @@ from fusion.results.repeat import judge_repeat
 RADIUS, NOISE = 0.1, 1e-4
 
 
-def lump(seed, noise=0.0, shape=0, scale=1.0, kept=None, bump=0.0):
+def lump(seed, noise=0.0, shape=0, scale=1.0, kept=None, bump=0.0, wide=0.01):
     """A lump of low waves, other ones for another shape; smooth errors over 2 cm, a triangulation of its own.
 
-    `kept`: which directions (n, 3) it shows; `bump`: height [m] of a place 13 mm wide about (1, 0, 0).
+    `kept`: which directions (n, 3) it shows; `bump`: height [m] of a place about (1, 0, 0), 13 mm wide unless `wide`
+    is larger.
     """
     rng = np.random.default_rng(seed)
     ball = trimesh.creation.icosphere(5)
@@ -27,7 +28,7 @@ def lump(seed, noise=0.0, shape=0, scale=1.0, kept=None, bump=0.0):
     low, errors = np.random.default_rng(100 + shape), rng.standard_normal((60, 3)) * 15
     relief = np.cos(way @ low.standard_normal((8, 3)).T * 3 + low.uniform(0, 6, 8)).sum(axis=1)
     error = np.sqrt(2 / 60) * np.cos(way @ errors.T + rng.uniform(0, 2 * np.pi, 60)).sum(axis=1)
-    away = scale * RADIUS * (1 + 0.02 * relief) + noise * error + bump * np.exp(-(1 - way[:, 0]) / 0.01)
+    away = scale * RADIUS * (1 + 0.02 * relief) + noise * error + bump * np.exp(-(1 - way[:, 0]) / wide)
     faces = ball.faces if kept is None else ball.faces[kept(way)[ball.faces].all(axis=1)]
     used, faces = np.unique(faces, return_inverse=True)
     return Mesh((way * away[:, None])[used], faces.reshape(-1, 3).astype(np.int32))
@@ -112,6 +113,18 @@ def test_a_bump_is_a_difference_and_not_missing():
     assert found.repeatability.s == pytest.approx(high * np.sqrt(0.01 / 4) / np.sqrt(2), rel=0.1)
     assert found.place.height_m == pytest.approx(high, rel=0.1)
     assert np.linalg.norm(found.place.centre_m - found.place.centre_m[0] * np.array([1, 0, 0])) < 0.01
+    assert light(found, "Same everywhere").level == "warning"
+
+
+def test_a_place_is_told_as_wide_as_it_is():
+    """Of a wide place little more than chance stood out: a place 2 mm across was told, and that all is the same."""
+    high, noise = 3e-3, 3e-4
+    scans = [lump(k, noise) for k in range(4)] + [lump(4, noise, bump=high, wide=0.1)]
+    found = repeat(scans)
+    assert found.place.scan == 4
+    assert found.place.height_m == pytest.approx(high, rel=0.25)
+    half = 0.1 * np.log(2) / 2  # of the ball, where it is half as high
+    assert found.place.share == pytest.approx(half, rel=0.25)
     assert light(found, "Same everywhere").level == "warning"
 
 
