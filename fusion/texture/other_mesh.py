@@ -4,8 +4,11 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from fusion.errors import MeshError
+from fusion.mesh.alignment.align import align_meshes
+from fusion.mesh.alignment.similarity import Similarity
 from fusion.mesh.alignment.units import size
 from fusion.mesh.comparison.distances import surface_of
 from fusion.mesh.comparison.surface_samples import sample_surface
@@ -15,6 +18,8 @@ from fusion.mesh.mesh import Mesh
 
 SAMPLES = 20_000  # points that tell how far two surfaces lie apart, each way
 LIES_ON = 0.01  # of the scan's size: closing, smoothing and thinning out move what was seen by far less (guess)
+PLACED = 0.001  # of the scan's size: what is off by no more is seen in no image (guess)
+BETTER = 0.5  # of how far it is off, that is left elsewhere: it was moved, as nothing else is undone so (guess)
 
 
 def read_other(file: Path, scan: Mesh) -> Mesh:
@@ -35,7 +40,33 @@ def read_other(file: Path, scan: Mesh) -> Mesh:
             f"the scan's object in its place, {size(scan):.4g} m, within {1e3 * limit:.2g} mm",
             "see its unit (STL: mm, others: m), whether it was moved: fusion convert --watertight stands it on z = 0",
         )
+    elsewhere = _where(scan, mesh)
+    if elsewhere is not None:
+        turned = np.rad2deg(Rotation.from_matrix(elsewhere.rotation).magnitude())
+        middle = mesh.vertices.mean(axis=0)
+        moved = float(np.linalg.norm(elsewhere.apply(middle[None])[0] - middle))
+        raise MeshError(
+            "the mesh does not lie on the scan",
+            file,
+            f"it lies on it when it is turned by {turned:.2f} deg and moved by {1e3 * moved:.2f} mm",
+            "the scan's object in its place",
+            "undo what moved it",
+        )
     return mesh
+
+
+def _where(scan: Mesh, mesh: Mesh) -> Similarity | None:
+    """The motion after which a mesh lies far better on the scan; None where it stands as well as it can."""
+    off = _rms(apart(scan, mesh))
+    if off < PLACED * size(scan):
+        return None
+    pose = align_meshes(mesh, scan, near=True).similarity()
+    there = Mesh(pose.apply(mesh.vertices), mesh.faces)
+    return pose if _rms(apart(scan, there)) < BETTER * off else None
+
+
+def _rms(distances: NDArray[np.float64]) -> float:
+    return float(np.sqrt(np.mean(distances**2)))
 
 
 def apart(scan: Mesh, mesh: Mesh) -> NDArray[np.float64]:

@@ -14,6 +14,7 @@ from painted import HALF, cube, off, paint, scene
 from fusion import read_mesh, write_mesh, write_recording
 from fusion.commands.main import main
 from fusion.errors import FusionError, MeshError
+from fusion.geometry import pose
 from fusion.mesh.formats.conventions import for_file
 from fusion.mesh.mesh import Mesh
 from fusion.recording.native.trajectory_file import write_trajectory
@@ -208,6 +209,22 @@ def test_another_mesh_lies_on_the_scan_or_is_refused(result, tmp_path, capsys):
         told = capsys.readouterr().err
         assert "does not lie on the scan" in told and name in told and told.count("\n") == 1 and not out.exists()
     assert "found 0.3499 m from end to end, " in told and "in its place, 0.3499 m, within 3.5 mm" in told
+
+
+def test_a_mesh_that_was_moved_a_little_is_refused(result, tmp_path, capsys):
+    """Most of it lies within a hundredth of its size: it was painted, and the images stood beside it."""
+    scan = read_mesh(result / "mesh.ply")
+    turn = pose.about_axis(scan.vertices.mean(axis=0), [0, 0, 1], np.deg2rad(1.5))
+    write_mesh(tmp_path / "moved.ply", Mesh(scan.vertices + np.array([0.002, 0, 0.001]), scan.faces))
+    write_mesh(tmp_path / "turned.ply", Mesh(pose.transform(turn, scan.vertices), scan.faces))
+    for name, told in (("moved", "moved by 2.24 mm"), ("turned", "turned by 1.50 deg")):
+        out = tmp_path / "textured"
+        assert main(["texture", str(result), "-o", str(out), "--mesh", str(tmp_path / f"{name}.ply")]) == 1
+        said = capsys.readouterr().err
+        assert told in said and said.count("\n") == 1 and not out.exists()
+    larger = Mesh(scan.vertices * 1.006, scan.faces, scan.normals)  # no motion undoes that
+    write_mesh(tmp_path / "larger.ply", larger)
+    assert len(read_other(tmp_path / "larger.ply", scan).faces) == len(scan.faces)
 
 
 def test_how_far_another_mesh_is_off_is_told(taken):
