@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 
@@ -115,3 +116,18 @@ def test_a_fit_at_the_rim_of_what_is_asked_is_none(tmp_path):
     recording = Recording(tmp_path, "native", CAMERA, np.arange(COUNT) / 10, load)
     (finding,) = told(recording)
     assert finding.severity == "ok" and "do not tell" in finding.seen
+
+
+@pytest.mark.parametrize("seed", [0, 3, 6])
+def test_a_straight_rim_tells_nothing_along_itself(tmp_path, seed):
+    """All that ends in depth is a table's far end: colour fits as well elsewhere along it, and lies where it is."""
+    print_ = cv2.GaussianBlur(np.random.default_rng(seed).normal(0, 1, CAMERA.shape), (0, 0), 3)
+    far = np.mgrid[: CAMERA.height, : CAMERA.width][0] < CAMERA.height // 2 - 30
+
+    def load(i):
+        shown = 120 + np.where(far, 12, -12) + 25 * np.sign(print_) + np.random.default_rng(i).normal(0, 4, far.shape)
+        color = np.repeat(np.clip(shown, 0, 255).astype(np.uint8)[..., None], 3, axis=-1)
+        return Frame(i, i / 10, np.where(far, np.float32(2.4), np.float32(1.0)), color)
+
+    recording = Recording(tmp_path, "native", CAMERA, np.arange(COUNT) / 10, load)
+    assert not is_elsewhere(told(recording))
