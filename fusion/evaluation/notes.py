@@ -19,6 +19,7 @@ JUMP = 5.0  # robust standard deviations that make a frame stand out
 FAR_OFF = 0.15  # share of the distance: what is that far from the stated one is another surface, or another unit
 ASIDE = 0.3  # of the depth, from the axis that a camera turns about to a usual pixel
 SHARE = 0.5  # of the noise: what motion brings of it is told (guess)
+STILL_M, STILL_RAD = 1e-4, np.radians(0.01)  # the last digits that are told: what is less, or not stated, is no motion
 MOVED = 0.02  # share of pixels and frames that move
 Note = tuple[str, str]  # "ok", "warning" or "bad", and a sentence
 
@@ -97,6 +98,8 @@ def _wandering(look: StretchLook) -> list[Note]:
     if not depth.size or not std.size:
         return []
     away, turned = wandered(look.stretch.recording, slice(*look.stretch.frames))
+    if away < STILL_M and turned < STILL_RAD:  # noise may be 0: steps of depth hide it
+        return []
     # an even motion of length 1 is 2/3 from the first third to the last, and spreads by 1 / sqrt(12)
     spread = 1.5 / np.sqrt(12) * (away + turned * ASIDE * float(np.median(depth)))
     if spread < SHARE * float(np.median(std)):

@@ -217,3 +217,15 @@ def test_a_camera_whose_poses_go_on_tells_its_motion_and_not_its_noise(step, tol
     stamps = np.array([frame.timestamp for frame in made])
     found = evaluate([recording(made, poses=Trajectory(stamps, poses))])
     assert any(level == "bad" and "the camera went on by" in text for level, text in found.notes) == told
+
+
+@pytest.mark.parametrize("posed", [False, True])
+def test_where_no_motion_is_stated_none_is_told_though_steps_of_depth_hide_the_noise(posed):
+    """Most pixels show one depth: half of no noise at all is less than any motion, and than none."""
+    made = frames(40, 1.2, lambda i, z: (np.round((wall() + (z - wall()) / 4) / 0.008) * 0.008).astype(np.float32))
+    stamps = np.array([frame.timestamp for frame in made])
+    poses = Trajectory(stamps, np.tile(np.eye(4), (40, 1, 1))) if posed else None
+    found = evaluate([recording(made, poses=poses)])
+    known = found.looks[0].still.depth.std
+    assert np.median(known[np.isfinite(known)]) == 0
+    assert not any("the camera went on by" in text for _, text in found.notes)
