@@ -77,9 +77,11 @@ def _on_look(look: StretchLook) -> list[Note]:
     if look.coarse:
         text = f"depths lie {look.gap * 1e3:.1f} mm apart, further than the noise: a pixel shows one or two of them"
         notes.append(("warning", f"{text}, and its own noise depends on its place between them."))
-    if look.bias is not None and look.bias.truth and look.bias.proud:
-        off = f"{abs(look.bias.proud) * 1e3:.1f} mm {'behind' if look.bias.proud > 0 else 'before'}"
-        notes.append(("warning", f"the image's middle stands {off} the plane of the rest: the offset is the middle's."))
+    if look.bias is not None and look.bias.beside:
+        text = f"{look.bias.stands()}: it is another thing, of which neither offset nor shared noise nor drift is told"
+        notes.append(("warning", f"{text}; turn the camera until its middle sees the surface."))
+    elif look.bias is not None and look.bias.truth and look.bias.proud:
+        notes.append(("warning", f"{look.bias.stands()}: the offset is the middle's."))
     with_depth = still.depth.mean[np.isfinite(still.depth.mean)]
     if with_depth.size and (text := implausible(float(np.median(with_depth)))):
         notes.append(("bad", f"{text}."))
