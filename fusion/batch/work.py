@@ -3,9 +3,12 @@
 import json
 import time
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
+
+import msgspec
 
 from fusion.batch.job import Job, JobRow
 from fusion.batch.thumbnail import write_thumbnail
@@ -14,6 +17,8 @@ from fusion.errors import FusionError
 from fusion.files.json_file import read_json
 from fusion.files.output.publish import atomic_file
 from fusion.files.output.refused import of_the_disk
+from fusion.results.judgement import worth_of
+from fusion.results.light import LEVELS, Light, worst_first
 
 BOOKS = ".batch"  # in the batch's folder: a row and a picture of each job
 REASON = 500  # characters
@@ -115,36 +120,51 @@ def _worker() -> str:
 def numbers_in(folder: Path) -> dict[str, Value]:
     """`file.key.key` to number, text or truth value, of the JSON files in a folder; short lists by place."""
     found: dict[str, Value] = {}
-    for path in sorted(folder.glob("*.json")):
-        if path.name.startswith("."):
-            continue
-        try:
-            content: Mapping[str, Any] = read_json(path)
-        except FusionError:
-            continue
-        if path.stem in GIVEN:
-            content = {key: content[key] for key in GIVEN[path.stem] if key in content}
-        for name, value in _flat(content, path.stem):
+    for stem, content in _contents(folder).items():
+        if stem in GIVEN:
+            content = {key: content[key] for key in GIVEN[stem] if key in content}
+        for name, value in _flat(content, stem):
             if len(found) < MOST:
                 found[name] = value
     return found
 
 
+def _contents(folder: Path) -> dict[str, Mapping[str, Any]]:
+    """What stands in the JSON files of a folder that can be read, by their names without the ending, in their order."""
+    found: dict[str, Mapping[str, Any]] = {}
+    for path in sorted(folder.glob("*.json")):
+        if not path.name.startswith("."):
+            with suppress(FusionError):
+                found[path.stem] = read_json(path)
+    return found
+
+
 def light_of(folder: Path) -> tuple[str, str]:
-    """The verdict of a result in one word, and its worst reason; "done" where nothing is judged."""
-    if not folder.is_dir():
-        return "done", ""
-    for name in ("turntable.json", "merge.json", "settings.json"):
-        try:
-            content = read_json(folder / name)
-        except FusionError:
-            continue
+    """The verdict of a result in one word, and its worst reason; "done" where nothing is judged.
+
+    That is what a file of the result says in so many words (`verdict`, `reasons`), else what the lights come to that a
+    command wrote (`judgement`), whatever its file is called.
+    """
+    found = _contents(folder) if folder.is_dir() else {}
+    for content in (found[name] for name in ("turntable", "merge", "settings") if name in found):
         for holder in (content, content.get("judgement")):
             if isinstance(holder, dict) and holder.get("verdict") in LIGHTS:
                 reasons = holder.get("reasons")
                 first = reasons[0] if isinstance(reasons, list) and reasons else ""
                 return str(holder["verdict"]), str(first) if holder["verdict"] != "good" else ""
+    if lights := [light for content in found.values() for light in _lights(content.get("judgement"))]:
+        worth = worth_of(worst_first(lights))
+        return worth.word, next(iter(worth.sentences()), "")
     return "done", ""
+
+
+def _lights(written: Any) -> list[Light]:
+    """The lights of a judgement as a command writes it; none where this is something else."""
+    try:
+        lights = msgspec.convert(written, list[Light])
+    except msgspec.ValidationError:
+        return []
+    return [light for light in lights if light.level in LEVELS]
 
 
 def unread_in(numbers: Mapping[str, Value]) -> str:

@@ -36,13 +36,24 @@ class Bias:
     # how far behind the surface's plane the middle stands [m] where that is far more than the rest is off it, else 0
     proud: float = 0.0
 
+    @property
+    def beside(self) -> bool:
+        """Whether the middle is another thing than the surface: nothing is told of it."""
+        return bool(self.proud) and not np.isfinite(self.spread)
+
+    def stands(self) -> str:
+        """Where the middle stands, in words."""
+        side = "behind" if self.proud > 0 else "before"
+        return f"the image's middle stands {abs(self.proud) * 1e3:.1f} mm {side} the plane of the rest"
+
 
 def bias_of(
-    still: Still, surface: ExpectedSurface, camera: Camera, sensor: Sensor | None, distance_std: float
+    still: Still, usual: Image, surface: ExpectedSurface, camera: Camera, sensor: Sensor | None, distance_std: float
 ) -> Bias | None:
     """Bias of a stretch; None where nothing is known of the surface.
 
     Args:
+        usual: (h, w) depth that frames usually show [m], whatever is there.
         distance_std: standard deviation of a stated distance [m].
     """
     if surface.kind == "unknown":
@@ -61,7 +72,8 @@ def bias_of(
     middle = float(np.median(rest[known_here])) if count else float("nan")
     shift, truth = _shift(surface)
     around = robust_std(shape[surface.region & np.isfinite(shape)]) if surface.kind == "plane" else np.inf
-    stands_out = abs(middle - shift_of_mean) > max(PROUD * around, PROUD_M)
+    proud = middle - shift_of_mean
+    stands_out = abs(proud) > max(PROUD * around, PROUD_M)
     spread = float(np.hypot(_rms(still.depth.std[patch]), float(rest[known_here].std()) if count else 0.0))
     own = spread / np.sqrt(max(count / INDEPENDENT, 1.0))
     stated = distance_std if truth == "distance_m" else 0.0
@@ -74,8 +86,14 @@ def bias_of(
         spread=spread,
         residual=shape,
         rms=_rms(shape),
-        proud=middle - shift_of_mean if stands_out else 0.0,
+        proud=_beside(usual[patch] - surface.depth[patch], surface) if not count else proud if stands_out else 0.0,
     )
+
+
+def _beside(off: Image, surface: ExpectedSurface) -> float:
+    """How far behind its plane the middle is [m], of which no value is one of the plane; 0 where it has no depth."""
+    seen = np.isfinite(off)
+    return float(np.median(off[seen])) if surface.kind == "plane" and 2 * seen.sum() > seen.size else 0.0
 
 
 def _shift(surface: ExpectedSurface) -> tuple[float, str]:

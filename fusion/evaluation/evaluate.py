@@ -9,7 +9,7 @@ from fusion.calibration.depth.known import start
 from fusion.calibration.noise.target_noise import TargetNoise, measure_target
 from fusion.calibration.stretches import Stretch, still_stretches
 from fusion.errors import FusionError
-from fusion.evaluation.bias import bias_of
+from fusion.evaluation.bias import Bias, bias_of
 from fusion.evaluation.light import ambient_light
 from fusion.evaluation.near_limit import SurfaceSeen, near_limits
 from fusion.evaluation.notes import notes_on
@@ -93,7 +93,8 @@ def look_at(stretch: Stretch, camera: Camera, settings: EvaluationSettings) -> S
     surface = surface_of(sample, camera)
     u, v = settings.pixel or (camera.width // 2, camera.height // 2)
     still = measure_still(sample, expected_depth(surface, sample.reference.depth), (v, u))
-    bias = bias_of(still, surface, camera, settings.sensor, settings.distance_std)
+    usual = np.asarray(sample.reference.depth, float)
+    bias = bias_of(still, usual, surface, camera, settings.sensor, settings.distance_std)
     noise = _noise(sample, surface, camera)
     tiles = tiles_of(still, surface)
     stated = stated_scene(stretch.recording).reflectance
@@ -106,7 +107,7 @@ def look_at(stretch: Stretch, camera: Camera, settings: EvaluationSettings) -> S
         bias,
         noise,
         _expected(noise, still, settings.sensor, camera),
-        _drift(still),
+        _drift(still, bias),
         quantization_of([still.levels], camera.depth_scale),
         float("nan") if stated is None else stated,
         tiles,
@@ -114,8 +115,10 @@ def look_at(stretch: Stretch, camera: Camera, settings: EvaluationSettings) -> S
     )
 
 
-def _drift(still: Still) -> Drift:
-    """Of the centre, where the time stamps are seconds."""
+def _drift(still: Still, bias: Bias | None) -> Drift:
+    """Of the centre, where it is of the surface and the time stamps are seconds."""
+    if bias is not None and bias.beside:
+        return nothing_told(still.time, still.centre, f"Nothing is told of warming up: {bias.stands()}.")
     for wrong in unit_of_stamps(still.time):
         return nothing_told(still.time, still.centre, f"Nothing is told of warming up: {wrong.seen}; {wrong.do}.")
     return drift_of(still.time, still.centre)

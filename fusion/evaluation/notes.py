@@ -19,6 +19,7 @@ JUMP = 5.0  # robust standard deviations that make a frame stand out
 FAR_OFF = 0.15  # share of the distance: what is that far from the stated one is another surface, or another unit
 ASIDE = 0.3  # of the depth, from the axis that a camera turns about to a usual pixel
 SHARE = 0.5  # of the noise: what motion brings of it is told (guess)
+STILL_M, STILL_RAD = 1e-4, np.radians(0.01)  # the last digits that are told: what is less, or not stated, is no motion
 MOVED = 0.02  # share of pixels and frames that move
 Note = tuple[str, str]  # "ok", "warning" or "bad", and a sentence
 
@@ -76,9 +77,11 @@ def _on_look(look: StretchLook) -> list[Note]:
     if look.coarse:
         text = f"depths lie {look.gap * 1e3:.1f} mm apart, further than the noise: a pixel shows one or two of them"
         notes.append(("warning", f"{text}, and its own noise depends on its place between them."))
-    if look.bias is not None and look.bias.truth and look.bias.proud:
-        off = f"{abs(look.bias.proud) * 1e3:.1f} mm {'behind' if look.bias.proud > 0 else 'before'}"
-        notes.append(("warning", f"the image's middle stands {off} the plane of the rest: the offset is the middle's."))
+    if look.bias is not None and look.bias.beside:
+        text = f"{look.bias.stands()}: it is another thing, of which neither offset nor shared noise nor drift is told"
+        notes.append(("warning", f"{text}; turn the camera until its middle sees the surface."))
+    elif look.bias is not None and look.bias.truth and look.bias.proud:
+        notes.append(("warning", f"{look.bias.stands()}: the offset is the middle's."))
     with_depth = still.depth.mean[np.isfinite(still.depth.mean)]
     if with_depth.size and (text := implausible(float(np.median(with_depth)))):
         notes.append(("bad", f"{text}."))
@@ -97,6 +100,8 @@ def _wandering(look: StretchLook) -> list[Note]:
     if not depth.size or not std.size:
         return []
     away, turned = wandered(look.stretch.recording, slice(*look.stretch.frames))
+    if away < STILL_M and turned < STILL_RAD:  # noise may be 0: steps of depth hide it
+        return []
     # an even motion of length 1 is 2/3 from the first third to the last, and spreads by 1 / sqrt(12)
     spread = 1.5 / np.sqrt(12) * (away + turned * ASIDE * float(np.median(depth)))
     if spread < SHARE * float(np.median(std)):

@@ -48,10 +48,12 @@ def summary(found: Evaluation) -> str:
     if frames > STILL and unsteady > frames / 2:
         return f"{places}{frames} frames: nothing stands still, so nothing is told about the camera."
     parts = [part for part in (_offset(found), _noise(found), _valid(found)) if part]
-    verdict = found.longest.drift.verdict
+    verdict, bias = found.longest.drift.verdict, found.longest.bias
     warm = {"ready": "the camera is warm", "not warmed up": "the camera is not warm yet"}.get(
         verdict, "too short to say whether it is warm"
     )
+    if bias is not None and bias.beside:
+        warm = "what is in the image's middle is no part of the surface"
     return f"{places}{frames} frame{'s' if frames > 1 else ''}: {'; '.join([*parts, warm])}."
 
 

@@ -16,6 +16,7 @@ from fusion.mesh.formats.exchange import by_trimesh, to_trimesh
 from fusion.mesh.formats.gltf import NamedFiles, check_gltf
 from fusion.mesh.formats.obj import checked_obj
 from fusion.mesh.formats.off import checked_off
+from fusion.mesh.formats.single import check_single
 from fusion.mesh.formats.stl import checked_stl
 from fusion.mesh.formats.threemf import read_3mf, threemf_library, write_3mf
 from fusion.mesh.formats.usdz import usd_library, write_usdz
@@ -100,7 +101,8 @@ def write_mesh(path: Path | str, mesh: Mesh) -> None:
     they stand: `fusion convert` turns them to the y axis up for GLB and USDZ.
 
     Raises:
-        MeshError: an unknown ending, or a point cloud for a format of triangles.
+        MeshError: an unknown ending, a point cloud for a format of triangles, or a mesh so far from the origin that
+            STL, GLB, PCD, 3MF or USDZ, which hold a coordinate in 32 bits, would bend it.
 
     >>> fusion.write_mesh("ball.glb", fusion.read_mesh("ball.ply"))
     """
@@ -109,6 +111,7 @@ def write_mesh(path: Path | str, mesh: Mesh) -> None:
     ending = path.suffix.lower()
     if not len(mesh.faces) and ending in _NO_POINTS:
         raise MeshError("this format holds triangles only", path, "a point cloud", "PLY, PCD or XYZ", "change the name")
+    check_single(path, mesh)
     with atomic_file(path) as partial:
         _WRITERS.get(ending, _write_by_trimesh)(partial, mesh)
 

@@ -9,17 +9,25 @@ import numpy as np
 
 from fusion.files.output.publish import atomic_file
 from fusion.mesh.formats.conventions import for_file
+from fusion.mesh.formats.single import check_single
 from fusion.mesh.formats.usdz import packed, stage_of, usd_library
 from fusion.texture.textured import Textured
 
 if TYPE_CHECKING:
     from PIL.Image import Image
 
+SEVEN_DIGITS = 100.0  # [m] below this they are exact to 5 micrometres
+
 
 def write_glb(path: Path, made: Textured) -> None:
-    """One file with the picture in it; metres, y up, as viewers take it."""
+    """One file with the picture in it; metres, y up, as viewers take it.
+
+    Raises:
+        MeshError: the mesh lies too far from the origin for 32 bits a coordinate.
+    """
     import trimesh
 
+    check_single(path, made.mesh)
     material = trimesh.visual.material.PBRMaterial(
         name="texture", baseColorTexture=_picture(made), metallicFactor=0.0, roughnessFactor=1.0
     )
@@ -46,7 +54,8 @@ def write_obj(path: Path, made: Textured) -> None:
         partial.write_text(text, encoding="utf-8")
     corners = mesh.faces + 1
     lines = [f"mtllib {stem}.mtl", "usemtl texture"]
-    lines += [f"v {x:.7g} {y:.7g} {z:.7g}" for x, y, z in mesh.vertices.tolist()]
+    digits = 7 if np.abs(mesh.vertices).max(initial=0.0) < SEVEN_DIGITS else 15
+    lines += [f"v {x:.{digits}g} {y:.{digits}g} {z:.{digits}g}" for x, y, z in mesh.vertices.tolist()]
     lines += [f"vt {u:.7g} {v:.7g}" for u, v in made.uv.tolist()]
     lines += [f"vn {x:.5g} {y:.5g} {z:.5g}" for x, y, z in np.asarray(mesh.normals).tolist()]
     lines += [f"f {a}/{a}/{a} {b}/{b}/{b} {c}/{c}/{c}" for a, b, c in corners.tolist()]
@@ -71,9 +80,10 @@ def write_usdz(path: Path, made: Textured) -> None:
     """One file with the picture in it; metres, y up, and the file says so.
 
     Raises:
-        MeshError: usd-core is not installed, or refuses.
+        MeshError: usd-core is not installed, or refuses, or the mesh lies too far from the origin for 32 bits.
     """
     usd_library(path)
+    check_single(path, made.mesh)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         (folder / "texture.png").write_bytes(png(made))

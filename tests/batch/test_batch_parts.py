@@ -9,6 +9,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+import trimesh
 
 from fusion.batch import cluster
 from fusion.batch.fingerprint import fingerprint, key_of
@@ -173,6 +174,35 @@ def test_numbers_and_light_come_from_whatever_a_command_wrote(tmp_path):
         "turntable.verdict": "doubtful",
     }  # fmt: skip
     assert light_of(tmp_path) == ("doubtful", "x")
+
+
+@pytest.mark.parametrize("name", ["comparison", "repeat", "settings", "whatever"])
+def test_lights_make_a_verdict_whichever_command_wrote_them(tmp_path, name):
+    """As scans have it: red is doubtful, failed where a light says so, and what one should look at is still good."""
+    ok, look = (
+        {"level": "ok", "subject": "Bias", "reason": "None."},
+        {"level": "warning", "subject": "A", "reason": "B."},
+    )
+    red = {"level": "bad", "subject": "Accuracy", "reason": "20 mm off.", "do": "Look where.", "fails": False}
+    for lights, expected in [
+        ([look, ok], ("good", "")),
+        ([red, look, ok], ("doubtful", "Accuracy: 20 mm off. Look where.")),
+        ([red | {"fails": True}, look], ("failed", "Accuracy: 20 mm off. Look where.")),
+        ([], ("done", "")),
+        ([{"of": "something else"}], ("done", "")),
+    ]:
+        (tmp_path / f"{name}.json").write_text(json.dumps({"judgement": lights}))
+        assert light_of(tmp_path) == expected
+
+
+def test_a_comparison_that_sees_a_problem_is_no_green_row(tmp_path):
+    ball = trimesh.creation.icosphere(subdivisions=3, radius=0.05)
+    ball.export(tmp_path / "a.ply")
+    ball.apply_translation([0.02, 0, 0]).export(tmp_path / "b.ply")
+    words = ["compare", str(tmp_path / "b.ply"), str(tmp_path / "a.ply"), "--no-align", "--no-report"]
+    assert main([*words, "-o", str(tmp_path / "out")]) == 0
+    light, reason = light_of(tmp_path / "out")
+    assert light == "doubtful" and reason.startswith("Accuracy: The mesh stands")
 
 
 def test_entries_of_short_lists_are_numbers_and_unread_frames_are_told(tmp_path):

@@ -185,6 +185,19 @@ def test_what_hangs_in_the_middle_of_a_wall_is_told():
     assert not any("plane of the rest" in text for text in said[1])
 
 
+def test_a_thing_before_the_wall_is_told_and_not_a_lack_of_frames():
+    """150 mm before it: no value of the middle is one of the wall, and 40 full frames were "fewer than six moments"."""
+
+    v, u = np.mgrid[:72, :96]
+    dome = 0.15 * np.sqrt(np.clip(1 - ((u - 48) ** 2 + (v - 36) ** 2) / 18**2, 0, 1)).astype(np.float32)
+    found = evaluate([recording(frames(40, 1.2, lambda i, z: z - dome), telemetry=stated(1.2))])
+    look = found.looks[0]
+    assert look.bias.beside and look.bias.proud == pytest.approx(-0.15, rel=0.1)  # the patch is 12 px wide
+    assert any("before the plane of the rest" in text for _, text in found.notes)
+    assert "before the plane of the rest" in look.drift.text and "fewer than six" not in look.drift.text
+    assert "too short" not in summary(found)
+
+
 def test_of_depths_far_apart_the_noise_is_that_of_all_places_between_them():
     """At the middle of a level a pixel never changes: 0.2 mm of noise was told, with steps of 23 mm."""
     step = 1 / 90.0  # of the reciprocal [1/m]
@@ -217,3 +230,15 @@ def test_a_camera_whose_poses_go_on_tells_its_motion_and_not_its_noise(step, tol
     stamps = np.array([frame.timestamp for frame in made])
     found = evaluate([recording(made, poses=Trajectory(stamps, poses))])
     assert any(level == "bad" and "the camera went on by" in text for level, text in found.notes) == told
+
+
+@pytest.mark.parametrize("posed", [False, True])
+def test_where_no_motion_is_stated_none_is_told_though_steps_of_depth_hide_the_noise(posed):
+    """Most pixels show one depth: half of no noise at all is less than any motion, and than none."""
+    made = frames(40, 1.2, lambda i, z: (np.round((wall() + (z - wall()) / 4) / 0.008) * 0.008).astype(np.float32))
+    stamps = np.array([frame.timestamp for frame in made])
+    poses = Trajectory(stamps, np.tile(np.eye(4), (40, 1, 1))) if posed else None
+    found = evaluate([recording(made, poses=poses)])
+    known = found.looks[0].still.depth.std
+    assert np.median(known[np.isfinite(known)]) == 0
+    assert not any("the camera went on by" in text for _, text in found.notes)

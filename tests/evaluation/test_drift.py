@@ -48,6 +48,33 @@ def test_the_verdict(minutes, size, verdict):
         assert f"wait about {found.wait_min[0]:.0f} min" in found.text
 
 
+@pytest.mark.parametrize("noise", [2e-5, 1e-4])
+@pytest.mark.parametrize("rate", [0.5e-3, -0.2e-3])  # [m/min]
+def test_a_line_is_the_limit_of_long_time_constants_and_held(rate, noise):
+    """Of one that data cannot tell from a long time constant the interval holds the line: 0 of 20 were held."""
+    t, true, held = 2.0 * np.arange(300), 10 * rate, 0
+    for seed in range(20):
+        found = drift_of(t, rate * t / 60 + noise * np.random.default_rng(seed).standard_normal(len(t)))
+        low, high = found.change_interval
+        held += low <= true <= high
+        assert abs(high - low) < 0.5 * abs(true)  # and tells something
+        assert np.isnan(found.constant) and found.verdict == "not warmed up"
+        assert found.wait_min[2] == np.inf and "no end of it is seen" in found.text
+    # 18 are expected of 20; 14 or fewer have a chance of 1 %
+    assert held >= 15
+
+
+@pytest.mark.parametrize("tau", [900.0, 7200.0])
+def test_what_bends_is_told_from_a_line(tau):
+    t = np.linspace(0, 3600, 600)
+    found = drift_of(t, 0.01 * np.exp(-t / tau) + 2e-5 * np.random.default_rng(5).standard_normal(len(t)))
+    assert found.constant == pytest.approx(tau, rel=0.05)
+    low, high = found.change_interval
+    true = 0.01 * np.exp(-3600 / tau) * (np.exp(-600 / tau) - 1)
+    # 20 um of noise on means of ten values, and time constants tried in steps of some per cent
+    assert low - 2e-5 <= true <= high + 2e-5 and high - low < 1e-4
+
+
 @pytest.mark.parametrize("t", [np.zeros(50), np.arange(3.0), np.zeros(0), np.full(20, np.nan)])
 def test_without_time_nothing_is_said(t):
     found = drift_of(t, np.ones(len(t)))

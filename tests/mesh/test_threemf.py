@@ -143,3 +143,9 @@ def test_without_the_library_its_extra_is_named(tmp_path, monkeypatch):
         with pytest.raises(MeshError, match=r'\.3mf.*pip install "fusion-scan\[print\]"'):
             call()
     assert not (tmp_path / "b.3mf").exists()
+
+
+def test_what_lies_farther_out_than_the_library_takes_is_told(tmp_path):
+    """Not by the library's own words: a thing of 2000 km, in which 32 bits see no fault."""
+    with pytest.raises(MeshError, match="3MF holds no coordinates so far"):
+        write_mesh(tmp_path / "far.3mf", Mesh(CORNERS * 1e7, FACES))

@@ -2,6 +2,7 @@
 
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -244,3 +245,14 @@ def test_a_recording_without_a_camera_has_that_of_the_result(result, taken):
     (result / "settings.json").write_text(json.dumps({"recording": str(result.parent / "scan")}))
     with pytest.raises(FusionError, match="has no camera"):
         open_result(result)
+
+
+def test_far_from_the_origin_obj_gets_more_digits_and_32_bits_are_refused(tmp_path, made):
+    """In the coordinates of a survey; seven digits are 1 m there."""
+    far = replace(made, mesh=replace(made.mesh, vertices=made.mesh.vertices + np.array([4.5e5, 5.4e6, 300.0])))
+    write_obj(tmp_path / "far.obj", far)
+    again = trimesh.load(tmp_path / "far.obj", process=False, maintain_order=True)
+    np.testing.assert_allclose(again.bounds, [far.mesh.vertices.min(axis=0), far.mesh.vertices.max(axis=0)], atol=2e-9)
+    with pytest.raises(MeshError, match="GLB holds coordinates in 32 bits"):
+        write_glb(tmp_path / "far.glb", far)
+    assert not (tmp_path / "far.glb").exists()

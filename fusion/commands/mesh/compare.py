@@ -105,7 +105,7 @@ def run(options: argparse.Namespace) -> None:
     apart = None if repeated is None else bias_and_spread(comparison.accuracy.rms, repeated)
     more = {} if apart is None or repeated is None else {"repeat": apart.values(), "scans": repeated.offsets()}
     with options.claim.folder() as partial:
-        write_comparison(partial, comparison, more)
+        write_comparison(partial, comparison, more | {"judgement": judgement.lights})
         if options.report:
             with stage("report"):
                 comparison_report(partial / "report.html", comparison, comparison.mesh, comparison.reference, about)

@@ -13,6 +13,11 @@ SURE = 0.95  # probability that a verdict needs
 LEVEL = 0.90  # of the intervals
 # [s] time constants of a warm-up: seconds of a small sensor to the 40 to 50 min (three constants) of Tolgyessy 2021
 WARMING = np.geomspace(20.0, 3600.0, 24)
+# beyond, in the same steps to ten hours: what a recording of minutes hardly tells from a line
+LONGER = WARMING[-1] * (WARMING[1] / WARMING[0]) ** np.arange(1, 11)
+LINE = 1e9  # [s] the limit of all time constants: a change that goes on as it does
+NEVER = 1e15  # [s] that a line goes on
+LIKE_A_LINE = np.log(10.0)  # a line is as likely as all time constants within a factor of so many (guess)
 DRAWS = 4000
 CORRELATIONS = 14  # times tried, from a fifth of the usual gap to three times the recording
 SHORTEST = 60.0  # [s] a shorter recording cannot tell a warm-up from noise of some seconds
@@ -35,7 +40,8 @@ class Drift:
     change: float
     change_interval: tuple[float, float]
     constant: float  # time constant of the warm-up [s], where it is told by the data; else NaN
-    # minutes until ten minutes stay within a millimetre, and its 90 % interval; None when ready or unknown
+    # minutes until ten minutes stay within a millimetre, and its 90 % interval; None when ready or unknown, infinite
+    # where the change may as well go on for ever
     wait_min: tuple[float, float, float] | None
     verdict: str  # "ready", "not warmed up" or "too short to say"
     text: str  # the same in one sentence
@@ -45,7 +51,8 @@ def drift_of(time: Array, value: Array, tolerance: float = TOLERANCE) -> Drift:
     """Drift of a series (n,) [s], [m]; NaN is left out.
 
     Noise that changes slowly looks like drift: it is taken as a process whose correlation falls exponentially, with
-    every correlation time weighed by how well it fits. The warm-up is an exponential approach, weighed the same way.
+    every correlation time weighed by how well it fits. The warm-up is an exponential approach, weighed the same way,
+    and so is its limit, a line: a time constant far longer than the recording cannot be told from it.
     """
     time, value = _blocks(np.asarray(time, float), np.asarray(value, float))
     long = time[-1] - time[0] if len(time) else 0.0
@@ -62,8 +69,8 @@ def drift_of(time: Array, value: Array, tolerance: float = TOLERANCE) -> Drift:
     fitted = (drawn[:, :1] + drawn[:, 1:] * curves.T[warm.model[::10]]).mean(axis=0)
     verdict, wait = _verdict(later, tau, (tolerance, long))
     told = np.quantile(tau, [0.05, 0.95])
-    # the prior spans a factor of 180: the data have told something when they leave less than ten
-    constant = float(np.median(tau)) if told[1] / told[0] < 10 else float("nan")
+    # the prior spans a factor of 1700, and a line: the data have told something when they leave less than ten
+    constant = float(np.median(tau)) if told[1] / told[0] < 10 and told[1] < LINE else float("nan")
     change = float(np.median(later))
     return Drift(time, value, fitted, float(np.median(slope)), _interval(slope), change, _interval(later), constant,
                  wait, verdict, _text(verdict, wait, long, change, _interval(later), tolerance))  # fmt: skip
@@ -71,14 +78,20 @@ def drift_of(time: Array, value: Array, tolerance: float = TOLERANCE) -> Drift:
 
 def _warm_up(t: Array, value: Array) -> tuple[Array, Array, "_Draws"]:
     """Curves (b, k), time constant of each draw, draws: over all time constants, then closer over the likely."""
-    constants = WARMING
+    constants = np.concatenate([WARMING, LONGER])
     for _ in range(2):
-        curves = _rise(t[:, None], float(t[-1]), constants)
-        draws = _posterior(t, value, curves)
-        tau = constants[draws.model]
+        tried = np.append(constants, LINE)
+        curves = _rise(t[:, None], float(t[-1]), tried)
+        # flat over the logarithm, in which the constants are equally far apart; the line has a share of its own
+        step = np.log(constants[1] / constants[0])
+        draws = _posterior(t, value, curves, np.append(np.zeros(len(constants)), np.log(LIKE_A_LINE / step)))
+        tau = tried[draws.model]
+        bent = tau[tau < LINE]
+        if not len(bent):
+            break
         # one step of the grid beyond what is likely
-        low, high = np.quantile(tau, [0.005, 0.995]) * np.array([1 / 1.25, 1.25])
-        constants = np.geomspace(max(low, WARMING[0]), min(high, WARMING[-1]), len(WARMING))
+        low, high = np.quantile(bent, [0.005, 0.995]) * np.array([1 / 1.25, 1.25])
+        constants = np.geomspace(max(low, WARMING[0]), min(high, LONGER[-1]), len(WARMING))
     return curves, tau, draws
 
 
@@ -90,15 +103,15 @@ class _Draws:
     coefficients: Array
 
 
-def _posterior(t: Array, value: Array, curves: Array) -> _Draws:
+def _posterior(t: Array, value: Array, curves: Array, before: Array | float = 0.0) -> _Draws:
     """A constant plus one of the curves (b, k), with every correlation time of the noise, weighed by their likelihood.
 
-    Flat priors; 1 / sigma^2 for the noise.
+    Flat priors but for `before` (k,), the logarithm of what a curve is likely beforehand; 1 / sigma^2 for the noise.
     """
     dt = np.diff(t)
     times = np.geomspace(0.2 * np.median(dt[dt > 0]), 3 * t[-1], CORRELATIONS)
     fits = [_fits(np.exp(-dt / correlation), value, curves) for correlation in times]
-    log = np.array([fit.log for fit in fits])  # (correlation, curve)
+    log = np.array([fit.log for fit in fits]) + before  # (correlation, curve)
     share = np.exp(log - log.max()).ravel()
     rng = np.random.default_rng(0)
     chosen = rng.choice(share.size, DRAWS, p=share / share.sum())
@@ -153,9 +166,12 @@ def _verdict(later: Array, tau: Array, asked: tuple[float, float]) -> tuple[str,
         return "too short to say", None
     if (~far).mean() >= SURE:
         return "ready", None
-    wait = np.where(far, tau * np.log(np.maximum(np.abs(later) / tolerance, 1.0)), 0.0) / 60
+    left = np.where(tau < LINE, tau * np.log(np.maximum(np.abs(later) / tolerance, 1.0)), NEVER)
+    wait = np.where(far, left, 0.0) / 60
     low, middle, high = np.quantile(wait, [(1 - LEVEL) / 2, 0.5, (1 + LEVEL) / 2])
-    return "not warmed up", (float(middle), float(low), float(high))
+    # between a draw that ends and one that does not a quantile lies far beyond all that end
+    middle, low, high = (float(x) if x < NEVER / 60 / DRAWS else float("inf") for x in (middle, low, high))
+    return "not warmed up", (middle, low, high)
 
 
 def _text(
@@ -170,6 +186,9 @@ def _text(
     of = f"{change * 1e3:+.2f} mm in the next ten minutes ({low * 1e3:+.2f} to {high * 1e3:+.2f})"
     if verdict == "ready":
         return f"Ready: warmed up, the depth changes by {of}."
+    if wait is not None and not np.isfinite(wait[2]):
+        least = f", {wait[1]:.0f} min or more" if np.isfinite(wait[1]) else ""
+        return f"Not warmed up, and no end of it is seen yet{least}: {of}."
     if wait is not None:
         return f"Not warmed up, wait about {max(wait[0], 1):.0f} min ({wait[1]:.0f} to {wait[2]:.0f}): {of}."
     if long < SHORTEST:

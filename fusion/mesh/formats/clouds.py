@@ -10,6 +10,8 @@ from fusion.mesh.formats.pcd import checked_pcd
 from fusion.mesh.formats.rows import filled, table
 from fusion.mesh.mesh import Mesh
 
+NINE_DIGITS = 1000.0  # [m] below this they are exact to half a micrometre
+
 
 def read_pcd(data: bytes) -> Mesh:
     """Points, normals and colours; a point that was not measured is NaN, as it stands in the file."""
@@ -77,4 +79,6 @@ def write_xyz(path: Path, mesh: Mesh) -> None:
     """The vertices as text, with normals or else colours behind them where there are any."""
     more = mesh.normals if mesh.normals is not None else mesh.colors
     rows = mesh.vertices if more is None else np.hstack([mesh.vertices, more])
-    np.savetxt(path, rows, fmt="%.9g")
+    near = np.abs(mesh.vertices).max(initial=0.0) < NINE_DIGITS
+    place = "%.9g" if near else "%.15g"  # all that a double holds for certain
+    np.savetxt(path, rows, fmt=[place] * 3 + ["%.9g"] * (rows.shape[1] - 3))

@@ -21,6 +21,7 @@ Array = NDArray[np.float64]
 MILLIMETRE = 1e-3  # [m]
 # [m] in the order of the standard's units (core specification, section 3.4): micron, mm, cm, inch, foot, metre
 UNITS = (1e-6, 1e-3, 1e-2, 0.0254, 0.3048, 1.0)
+FARTHEST = 1e6  # [m] the library takes no coordinate beyond 1e9 mm
 MOST_PARTS = 10_000  # a few groups that name each other twice make more than any plate holds (guess)
 
 
@@ -58,8 +59,15 @@ def read_3mf(data: bytes, path: Path) -> Mesh:
 
 
 def write_3mf(path: Path, mesh: Mesh) -> None:
-    """Triangles [m] in millimetres, with the colours of the vertices. MeshError: lib3mf is not installed."""
+    """Triangles [m] in millimetres, with the colours of the vertices.
+
+    Raises:
+        MeshError: lib3mf is not installed, or takes no coordinates so far out.
+    """
     library = threemf_library(path)
+    if (largest := float(np.abs(mesh.vertices).max(initial=0.0))) > FARTHEST:
+        found, do = f"coordinates up to {largest:.3g} m", "check the unit, or write PLY"
+        raise MeshError("3MF holds no coordinates so far from the origin", path.name, found, f"{FARTHEST:.0g} m", do)
     wrapper = library.get_wrapper()
     model = wrapper.CreateModel()
     model.SetUnit(library.ModelUnit.MilliMeter)
