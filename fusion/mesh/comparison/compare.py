@@ -14,7 +14,7 @@ from fusion.mesh.alignment.coarse import NEAR
 from fusion.mesh.alignment.similarity import Array, Similarity
 from fusion.mesh.alignment.units import in_metres, size
 from fusion.mesh.comparison.completeness import UNSEEN_M, completeness_of
-from fusion.mesh.comparison.distances import Surface, surface_of
+from fusion.mesh.comparison.distances import MeshSurface, Surface, surface_of
 from fusion.mesh.comparison.mirrored import mirrored_note
 from fusion.mesh.comparison.statistics import (
     OVER,
@@ -147,6 +147,9 @@ def compare(mesh: Mesh, reference: Mesh, settings: CompareSettings | None = None
     _check(settings)
     mesh, reference, factors, notes = in_metres(mesh, reference, settings.unit)
     surfaces = surface_of(mesh), surface_of(reference)
+    if isinstance(surfaces[1], MeshSurface):
+        reference = surfaces[1].wound.applied(reference)
+        notes += surfaces[1].wound.notes()
     seen = None if settings.seen is None else np.asarray(settings.seen, np.float64) * factors[1]
     alignment = Alignment(np.eye(4), status="not asked")
     if settings.align:
