@@ -13,6 +13,7 @@ from fusion.mesh.alignment.align import Alignment, align_meshes
 from fusion.mesh.alignment.coarse import NEAR
 from fusion.mesh.alignment.similarity import Array, Similarity
 from fusion.mesh.alignment.units import in_metres, size
+from fusion.mesh.comparison.cloud_facing import cloud_facing
 from fusion.mesh.comparison.completeness import UNSEEN_M, completeness_of
 from fusion.mesh.comparison.distances import MeshSurface, Surface, surface_of
 from fusion.mesh.comparison.mirrored import mirrored_note
@@ -164,6 +165,9 @@ def compare(mesh: Mesh, reference: Mesh, settings: CompareSettings | None = None
         notes.append("The scale was not looked for, as nothing was aligned.")
     pose = alignment.similarity()
     with stage("measuring"):
+        looks = cloud_facing(mesh, reference, surfaces, pose)
+        reference, surfaces = looks.reference, (surfaces[0], looks.surface)
+        notes += looks.notes
         there, left_out = _accuracy(mesh, surfaces[1], pose, settings, notes)
     accuracy = DistanceStatistics.of(there)
     mirror: list[str] = []

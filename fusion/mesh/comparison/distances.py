@@ -125,26 +125,26 @@ class CloudSurface:
     """
 
     def __init__(self, cloud: Mesh) -> None:
-        self._points = cloud.vertices
-        if len(self._points) < 3:
-            found = f"{len(self._points)} points"
+        self.points = cloud.vertices
+        if len(self.points) < 3:
+            found = f"{len(self.points)} points"
             raise MeshError("too few points to compare with", found=found, expected="at least 3")
-        self._tree, self._middle = cKDTree(self._points), self._points.mean(axis=0)
-        self._reach = np.full(len(self._points), np.nan)  # until it is asked for, as planes that are fitted
+        self._tree, self._middle = cKDTree(self.points), self.points.mean(axis=0)
+        self._reach = np.full(len(self.points), np.nan)  # until it is asked for, as planes that are fitted
         self.known_normals = cloud.normals is not None
         self.normals = (
-            np.full((len(self._points), 3), np.nan) if cloud.normals is None else unit(cloud.normals.astype(np.float64))
+            np.full((len(self.points), 3), np.nan) if cloud.normals is None else unit(cloud.normals.astype(np.float64))
         )
 
     def _fit(self, index: NDArray[np.intp]) -> None:
         """The planes of points, by their numbers (n,)."""
         new = np.unique(index[np.isnan(self._reach[index])])
-        count = min(_NEIGHBOURS, len(self._points))
-        apart, beside = self._tree.query(self._points[new], k=count, workers=workers_for(len(new)))
+        count = min(_NEIGHBOURS, len(self.points))
+        apart, beside = self._tree.query(self.points[new], k=count, workers=workers_for(len(new)))
         if not self.known_normals:
-            near = self._points[beside] - self._points[beside].mean(axis=1, keepdims=True)
+            near = self.points[beside] - self.points[beside].mean(axis=1, keepdims=True)
             normals = np.linalg.eigh(np.einsum("nki,nkj->nij", near, near))[1][:, :, 0]
-            normals[np.einsum("ij,ij->i", normals, self._points[new] - self._middle) < 0] *= -1
+            normals[np.einsum("ij,ij->i", normals, self.points[new] - self._middle) < 0] *= -1
             self.normals[new] = normals
         # last: another thread takes a plane for known that has its reach, and else finds the same one
         self._reach[new] = np.maximum(1.5 * apart[:, min(6, count - 1)], 1e-12)
@@ -153,13 +153,13 @@ class CloudSurface:
         """Closest points of `points` (n, 3) [m] whose outward `normals` (n, 3) tell the side, if the cloud does not."""
         _, index = self._tree.query(points, workers=workers_for(len(points)))
         self._fit(index)
-        normal, offset = self.normals[index], points - self._points[index]
+        normal, offset = self.normals[index], points - self.points[index]
         if normals is not None and not self.known_normals:
             normal = np.where(np.einsum("ij,ij->i", normal, normals)[:, None] < 0, -normal, normal)
         height = np.einsum("ij,ij->i", offset, normal)
         beside = np.linalg.norm(offset - height[:, None] * normal, axis=1) > self._reach[index]
         length = np.where(beside, np.linalg.norm(offset, axis=1), np.abs(height))
-        near = np.where(beside[:, None], self._points[index], points - height[:, None] * normal)
+        near = np.where(beside[:, None], self.points[index], points - height[:, None] * normal)
         return Closest(near, normal, np.where(height < 0, -length, length), beside)
 
 

@@ -29,6 +29,7 @@ class Wound:
         turned: (m,) which of the given faces were turned round.
         twins: (m,) which of them were left out: they lie on others that look the other way.
         doubtful: 0-1, share of the area where nothing tells which side is the outer one.
+        solid: all of it is closed bodies: its faces do look outwards.
     """
 
     mesh: Mesh
@@ -36,6 +37,7 @@ class Wound:
     turned: Rows
     twins: Rows
     doubtful: float = 0.0
+    solid: bool = False
 
     @property
     def whole(self) -> bool:
@@ -108,11 +110,11 @@ def _wound(mesh: Mesh, edges: MeshEdges | None = None) -> Wound:
     if asked.any():
         turned = turned ^ ((mixed | whole) & _inwards(mesh, piece, np.flatnonzero(closed), mixed, inwards))[piece]
     if not turned.any():
-        return Wound(mesh, edges, none, none, _doubtful(edges, piece, mixed & ~closed, none, areas))
+        return Wound(mesh, edges, none, none, _doubtful(edges, piece, mixed & ~closed, none, areas), whole)
     faces = mesh.faces[:, ::-1] if turned.all() else np.where(turned[:, None], mesh.faces[:, ::-1], mesh.faces)
     now = edges.turned(turned)
     doubtful = _doubtful(now, piece, mixed & ~closed, turned, areas)
-    return Wound(replace(mesh, faces=faces), now, turned, none, doubtful)
+    return Wound(replace(mesh, faces=faces), now, turned, none, doubtful, whole)
 
 
 def _twins(faces: NDArray[np.integer], edges: MeshEdges) -> Rows:
