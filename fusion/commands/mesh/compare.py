@@ -148,8 +148,8 @@ def _lines(comparison: "Comparison") -> list[str]:
     scale = f"scale {comparison.scale:.5f}"
     if interval and interval[1] < float("inf"):
         scale += f" (95 %: {interval[0]:.5f} to {interval[1]:.5f})"
-    elif comparison.scale == 1:
-        scale += " (kept)"
+    else:
+        scale += " (kept)" if comparison.scale == 1 else " (the end of what is looked for)"
     share = f"{comparison.alignment.inlier_share:.0%} of the mesh had a say"
     scores = ", ".join(f"{float(k) * 1e3:g} mm {v:.3f}" for k, v in comparison.fscore.items())
     known = comparison.knowable
