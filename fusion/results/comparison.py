@@ -87,7 +87,12 @@ def _knowable(beyond: float) -> Light:
 
 def _scale(comparison: Any) -> Light:
     scale, interval = float(field_of(comparison, "scale")), field_of(comparison, "scale_interval")
-    if None in interval or not np.isfinite(interval).all():
+    known = None not in interval and np.isfinite(interval).all()
+    if not known and scale != 1:
+        said = f"The best scale lies {'below' if scale < 1 else 'above'} {scale:.4g}, the end of what is looked for."
+        do = "Check that both show one object in one unit; a mesh that is so far off multiply before it is compared."
+        return Light("bad", "Scale", said, do)
+    if not known:
         said = "What was scanned does not tell the scale (a plane does not): it was kept."
         return Light("warning", "Scale", said, "Scan more of the object's sides.")
     said = f"The mesh fits best when multiplied by {scale:.5f} (95 %: {interval[0]:.5f} to {interval[1]:.5f})."

@@ -1,15 +1,20 @@
 """The interval of a fitted scale holds the truth, although neighbouring places err alike and a plate is attached."""
 
+import json
+
 import numpy as np
 import pytest
 import trimesh
 
+from fusion.commands.main import main
 from fusion.mesh.alignment.align import scale_interval
 from fusion.mesh.alignment.fit import SurfaceFit
 from fusion.mesh.alignment.similarity import IDENTITY
 from fusion.mesh.comparison.distances import surface_of
 from fusion.mesh.comparison.surface_samples import SurfaceSamples, sample_surface, smooth_normals, vertex_normals
+from fusion.mesh.files import write_mesh
 from fusion.mesh.mesh import Mesh
+from fusion.results.comparison import judge_comparison
 
 ERROR = 5e-4  # [m] standard deviation along the normal
 
@@ -115,3 +120,21 @@ def test_noise_does_not_swell_the_scale():
     fit = SurfaceFit(surface_of(truth), 2 * radius)
     pose, _ = fit.run(SurfaceSamples(points, None), IDENTITY, True, rounds=60)
     assert abs(pose.scale - 1) < 3 * noise / radius / np.sqrt(len(points))
+
+
+def test_a_scale_that_is_not_looked_for_is_no_estimate(tmp_path, capsys):
+    """At the end of what is allowed the jackknife knew it to 0.02 %."""
+    truth = _object()
+    write_mesh(tmp_path / "truth.ply", truth)
+    write_mesh(tmp_path / "scan.ply", Mesh(1.3 * truth.vertices, truth.faces))
+    files = [str(tmp_path / name) for name in ("scan.ply", "truth.ply", "out")]
+    assert main(["compare", *files[:2], "-o", files[2], "--scale", "--no-report"]) == 0
+    told = capsys.readouterr().out
+    assert "The best scale lies below 0.8, the end" in told and "(the end of what is looked for)" in told
+    assert "95 %:" not in told
+    assert json.loads((tmp_path / "out/comparison.json").read_text())["scale_interval"] == [0, None]
+
+
+def test_the_other_end_is_told_as_well():
+    (light,) = judge_comparison({"scale": 1.25, "scale_interval": [0, None]}).lights
+    assert light.level == "bad" and light.reason.startswith("The best scale lies above 1.25")

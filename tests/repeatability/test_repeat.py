@@ -247,3 +247,19 @@ def test_compare_of_several_scans_tells_bias_and_spread(tmp_path, capsys):
     assert content["repeat"]["bias_rms_m"] < 0.5 * SPREAD
     assert main(["compare", *given, "--no-align", "--overwrite"]) == 1
     assert "--no-align is for one mesh" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_compare_names_the_scan_that_is_off(tmp_path, capsys):
+    """Of four, one too large by 2 %, the mean was good and nothing else was said."""
+    files = [str(tmp_path / f"{k}.ply") for k in range(4)]
+    for k, name in enumerate(files):
+        mesh = scan(k, moved=False)
+        write_mesh(tmp_path / name, Mesh((1.02 if k == 3 else 1) * mesh.vertices, mesh.faces))
+    write_mesh(tmp_path / "true.ply", scan(0, spread=0.0, moved=False))
+    out = ["-o", str(tmp_path / "out"), "--quiet"]
+    assert main(["compare", *files, str(tmp_path / "true.ply"), *out]) == 0
+    assert "Scans alike: scan 4 of 4, 3.ply: " in capsys.readouterr().out
+    assert "scan 4 of 4, 3.ply" in (tmp_path / "out/report.html").read_text(encoding="utf-8")
+    assert main(["compare", *files[:3], str(tmp_path / "true.ply"), *out, "--no-report", "--overwrite"]) == 0
+    assert "Scans alike" not in capsys.readouterr().out

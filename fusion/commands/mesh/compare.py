@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from fusion.mesh.comparison.compare import Comparison
     from fusion.mesh.comparison.statistics import DistanceStatistics
     from fusion.repeatability.repeat import Repeat
+    from fusion.results.light import Light
 
 EXAMPLE = "fusion compare mesh.ply reference.stl -o out --scale"
 
@@ -69,7 +70,8 @@ def run(options: argparse.Namespace) -> None:
     from fusion.repeatability.bias import bias_and_spread
     from fusion.report.comparisons.comparison import Circumstances, comparison_report
     from fusion.results.comparison import judge_comparison
-    from fusion.results.judgement import failure
+    from fusion.results.judgement import Judgement, failure
+    from fusion.results.light import worst_first
 
     notes: list[str] = []
     repeated = _repeated(options, notes)
@@ -84,6 +86,8 @@ def run(options: argparse.Namespace) -> None:
     )
     comparison = compare(mesh, reference, settings)
     judgement = judge_comparison(comparison)
+    unlike = [] if repeated is None or judgement.worth.word == "failed" else _unlike(repeated)
+    judgement = Judgement(worst_first([*judgement.lights, *unlike]))
     failed = failure(judgement, " ".join(map(str, options.mesh)))
     if failed is not None and not options.keep_failed:
         raise failed
@@ -100,7 +104,7 @@ def run(options: argparse.Namespace) -> None:
             "unit": settings.unit,
         },
         fingerprint={"mesh": " ".join(map(str, options.mesh)), "reference": str(options.reference)},
-        warnings=[("warning", note) for note in notes],
+        warnings=[*((one.level, f"{one.reason} {one.do}") for one in unlike), *(("warning", note) for note in notes)],
     )
     apart = None if repeated is None else bias_and_spread(comparison.accuracy.rms, repeated)
     more = {} if apart is None or repeated is None else {"repeat": apart.values(), "scans": repeated.offsets()}
@@ -143,13 +147,20 @@ def _repeated(options: argparse.Namespace, notes: list[str]) -> "Repeat | None":
     return found
 
 
+def _unlike(repeated: "Repeat") -> list["Light"]:
+    """Which scan is off the others, as `fusion repeat` says it; nothing where they are alike."""
+    from fusion.results.repeat import judge_repeat
+
+    return [light for light in judge_repeat(repeated).lights if light.subject == "Scans alike" and light.level != "ok"]
+
+
 def _lines(comparison: "Comparison") -> list[str]:
     interval = comparison.scale_interval
     scale = f"scale {comparison.scale:.5f}"
     if interval and interval[1] < float("inf"):
         scale += f" (95 %: {interval[0]:.5f} to {interval[1]:.5f})"
-    elif comparison.scale == 1:
-        scale += " (kept)"
+    else:
+        scale += " (kept)" if comparison.scale == 1 else " (the end of what is looked for)"
     share = f"{comparison.alignment.inlier_share:.0%} of the mesh had a say"
     scores = ", ".join(f"{float(k) * 1e3:g} mm {v:.3f}" for k, v in comparison.fscore.items())
     known = comparison.knowable

@@ -10,8 +10,8 @@ from fusion.mesh.alignment.coarse import ALIKE, NEAR, CoarseSurface, apart, gues
 from fusion.mesh.alignment.fit import SurfaceFit
 from fusion.mesh.alignment.judge import PoseJudge, PoseScore
 from fusion.mesh.alignment.look_alikes import MAYBE, layers, turned_alike
-from fusion.mesh.alignment.scale_interval import scale_asked_for, scale_interval
-from fusion.mesh.alignment.similarity import AS_WELL, IDENTITY, Array, Similarity, free_shifts, tells_scale
+from fusion.mesh.alignment.scale_interval import UNKNOWN, scale_asked_for, scale_interval
+from fusion.mesh.alignment.similarity import AS_WELL, IDENTITY, SCALES, Array, Similarity, free_shifts, tells_scale
 from fusion.mesh.comparison.distances import Surface, surface_of
 from fusion.mesh.comparison.surface_samples import SurfaceSamples
 from fusion.mesh.mesh import Mesh
@@ -30,7 +30,8 @@ class Alignment:
     T_reference_mesh: Array  # (4, 4), rotation R and translation t [m] only
     scale: float = 1.0  # 1 unless it was fitted
     # 95 % interval of the scale, with errors that are alike in neighbouring places; None unless fitted. An error that
-    # is the same all over (a depth offset) cannot be told from scale and is not in it.
+    # is the same all over (a depth offset) cannot be told from scale and is not in it. (0, inf) where nothing tells it,
+    # or the scale is the end of what is looked for: the right one lies beyond.
     scale_interval: tuple[float, float] | None = None
     inlier_share: float = 1.0  # 0-1, of the mesh's surface that had a say in the last step
     status: str = "kept"  # "kept" (the pose it stood in was right but for the last bit), "moved", "poor" (no pose fits)
@@ -84,7 +85,8 @@ def align_meshes(
     interval, asks = None, None if scale or poor else scale_asked_for(matches)
     if scale:  # the other way round: the reference on the mesh
         again = SurfaceFit(own, size / pose.scale, facing=True).run(judge.back, pose.inverse(), scale, rounds=15)[0]
-        interval = scale_interval(pose.scale, 1 / again.scale, matches)
+        outside = any(np.isclose(pose.scale, end, rtol=1e-6) for end in SCALES)  # at the end nothing was found
+        interval = UNKNOWN if outside else scale_interval(pose.scale, 1 / again.scale, matches)
     angles = [apart(pose, other) for other in likely.alike] if status == "moved" else []
     turns = tuple(sorted(angle for angle in angles if angle > ALIKE))
     slides = 0.0

@@ -8,6 +8,7 @@ from fusion.mesh.alignment.similarity import AS_WELL, Array, Matches, solve, tel
 # parts along x, y, z: cubes, as errors may reach across half of the object or be gone after a few pixels; and slabs,
 # as what has no counterpart (a plate below) pulls at one end
 _PARTS = ((2, 2, 2), (3, 3, 3), (4, 4, 4), (6, 6, 6), (6, 1, 1), (1, 6, 1), (1, 1, 6))
+UNKNOWN = 0.0, float("inf")  # interval of a scale of which nothing is known
 _FLOAT = 1e-7  # closest points are float32
 
 
@@ -26,7 +27,7 @@ def scale_interval(scale: float, scale_back: float, matches: Matches) -> tuple[f
         matches: of the first fit, points of the mesh and where they belong on the reference.
     """
     if np.count_nonzero(matches.weights) < 8 or not tells_scale(matches):
-        return 0.0, float("inf")
+        return UNKNOWN
     random = max(_jackknife(matches, parts) for parts in _PARTS)
     half = float(np.hypot(random, np.log(scale_back / scale))) + _FLOAT
     return scale * float(np.exp(-half)), scale * float(np.exp(half))

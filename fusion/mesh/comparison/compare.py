@@ -13,8 +13,9 @@ from fusion.mesh.alignment.align import Alignment, align_meshes
 from fusion.mesh.alignment.coarse import NEAR
 from fusion.mesh.alignment.similarity import Array, Similarity
 from fusion.mesh.alignment.units import in_metres, size
+from fusion.mesh.comparison.cloud_facing import cloud_facing
 from fusion.mesh.comparison.completeness import UNSEEN_M, completeness_of
-from fusion.mesh.comparison.distances import Surface, surface_of
+from fusion.mesh.comparison.distances import MeshSurface, Surface, surface_of
 from fusion.mesh.comparison.mirrored import mirrored_note
 from fusion.mesh.comparison.statistics import (
     OVER,
@@ -147,6 +148,9 @@ def compare(mesh: Mesh, reference: Mesh, settings: CompareSettings | None = None
     _check(settings)
     mesh, reference, factors, notes = in_metres(mesh, reference, settings.unit)
     surfaces = surface_of(mesh), surface_of(reference)
+    if isinstance(surfaces[1], MeshSurface):
+        reference = surfaces[1].wound.applied(reference)
+        notes += surfaces[1].wound.notes()
     seen = None if settings.seen is None else np.asarray(settings.seen, np.float64) * factors[1]
     alignment = Alignment(np.eye(4), status="not asked")
     if settings.align:
@@ -161,6 +165,9 @@ def compare(mesh: Mesh, reference: Mesh, settings: CompareSettings | None = None
         notes.append("The scale was not looked for, as nothing was aligned.")
     pose = alignment.similarity()
     with stage("measuring"):
+        looks = cloud_facing(mesh, reference, surfaces, pose)
+        reference, surfaces = looks.reference, (surfaces[0], looks.surface)
+        notes += looks.notes
         there, left_out = _accuracy(mesh, surfaces[1], pose, settings, notes)
     accuracy = DistanceStatistics.of(there)
     mirror: list[str] = []

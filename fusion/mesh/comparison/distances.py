@@ -9,6 +9,7 @@ from scipy.spatial import cKDTree
 
 from fusion.errors import MeshError
 from fusion.mesh.comparison.surface_samples import face_areas, face_normals, unit, vertex_normals
+from fusion.mesh.comparison.winding import wound
 from fusion.mesh.mesh import Mesh
 from fusion.mesh.vertices import joined
 
@@ -33,7 +34,8 @@ class MeshSurface:
 
     Coordinates are centred before they become float32, so the error is 1e-7 of the mesh's size wherever it stands.
     The sign comes from the normal of the closest face, edge or corner (Baerentzen and Aanaes 2005, angle-weighted
-    at corners), which needs no closed surface. A closed mesh that is inside out is turned.
+    at corners), which needs no closed surface. Faces that look inwards are turned where that
+    can be told (`wound`).
     """
 
     def __init__(self, mesh: Mesh) -> None:
@@ -44,13 +46,15 @@ class MeshSurface:
         if not len(whole.faces):
             raise MeshError("the mesh has no area", found=f"{len(mesh.faces)} faces without area")
         self._centre = (whole.vertices.min(axis=0) + whole.vertices.max(axis=0)) / 2
-        self.oriented = whole = _outside_out(whole, self._centre)
+        self.wound = wound(whole)
+        whole, edges = self.wound.mesh, self.wound.edges
+        self._corners = whole.faces
         self._scene = o3d.t.geometry.RaycastingScene()
         local = (whole.vertices - self._centre).astype(np.float32)
         self._reach = float(np.abs(local).max())
         self._scene.add_triangles(o3d.core.Tensor(local), o3d.core.Tensor(whole.faces.astype(np.uint32)))
         self._face_normals, self._vertex_normals = face_normals(whole), vertex_normals(whole)
-        self._edge_normals, self._edge_open = _edges(whole, self._face_normals)
+        self._edge_normals, self._edge_open = edges.normals(self._face_normals), edges.count[edges.index] == 1
         self._vertex_open = np.zeros(len(whole.vertices), bool)
         for corner in range(3):  # edge i lies opposite corner i
             ends = whole.faces[self._edge_open[:, corner]]
@@ -98,7 +102,7 @@ class MeshSurface:
         edge = np.argmax(outside[rows], axis=1)
         normal[rows], border[rows] = self._edge_normals[face[rows], edge], self._edge_open[face[rows], edge]
         rows = np.flatnonzero(zeros == 2)
-        corner = self.oriented.faces[face[rows], np.argmax(weights[rows], axis=1)]
+        corner = self._corners[face[rows], np.argmax(weights[rows], axis=1)]
         normal[rows], border[rows] = self._vertex_normals[corner], self._vertex_open[corner]
         return normal, border
 
@@ -121,26 +125,26 @@ class CloudSurface:
     """
 
     def __init__(self, cloud: Mesh) -> None:
-        self._points = cloud.vertices
-        if len(self._points) < 3:
-            found = f"{len(self._points)} points"
+        self.points = cloud.vertices
+        if len(self.points) < 3:
+            found = f"{len(self.points)} points"
             raise MeshError("too few points to compare with", found=found, expected="at least 3")
-        self._tree, self._middle = cKDTree(self._points), self._points.mean(axis=0)
-        self._reach = np.full(len(self._points), np.nan)  # until it is asked for, as planes that are fitted
+        self._tree, self._middle = cKDTree(self.points), self.points.mean(axis=0)
+        self._reach = np.full(len(self.points), np.nan)  # until it is asked for, as planes that are fitted
         self.known_normals = cloud.normals is not None
         self.normals = (
-            np.full((len(self._points), 3), np.nan) if cloud.normals is None else unit(cloud.normals.astype(np.float64))
+            np.full((len(self.points), 3), np.nan) if cloud.normals is None else unit(cloud.normals.astype(np.float64))
         )
 
     def _fit(self, index: NDArray[np.intp]) -> None:
         """The planes of points, by their numbers (n,)."""
         new = np.unique(index[np.isnan(self._reach[index])])
-        count = min(_NEIGHBOURS, len(self._points))
-        apart, beside = self._tree.query(self._points[new], k=count, workers=workers_for(len(new)))
+        count = min(_NEIGHBOURS, len(self.points))
+        apart, beside = self._tree.query(self.points[new], k=count, workers=workers_for(len(new)))
         if not self.known_normals:
-            near = self._points[beside] - self._points[beside].mean(axis=1, keepdims=True)
+            near = self.points[beside] - self.points[beside].mean(axis=1, keepdims=True)
             normals = np.linalg.eigh(np.einsum("nki,nkj->nij", near, near))[1][:, :, 0]
-            normals[np.einsum("ij,ij->i", normals, self._points[new] - self._middle) < 0] *= -1
+            normals[np.einsum("ij,ij->i", normals, self.points[new] - self._middle) < 0] *= -1
             self.normals[new] = normals
         # last: another thread takes a plane for known that has its reach, and else finds the same one
         self._reach[new] = np.maximum(1.5 * apart[:, min(6, count - 1)], 1e-12)
@@ -149,13 +153,13 @@ class CloudSurface:
         """Closest points of `points` (n, 3) [m] whose outward `normals` (n, 3) tell the side, if the cloud does not."""
         _, index = self._tree.query(points, workers=workers_for(len(points)))
         self._fit(index)
-        normal, offset = self.normals[index], points - self._points[index]
+        normal, offset = self.normals[index], points - self.points[index]
         if normals is not None and not self.known_normals:
             normal = np.where(np.einsum("ij,ij->i", normal, normals)[:, None] < 0, -normal, normal)
         height = np.einsum("ij,ij->i", offset, normal)
         beside = np.linalg.norm(offset - height[:, None] * normal, axis=1) > self._reach[index]
         length = np.where(beside, np.linalg.norm(offset, axis=1), np.abs(height))
-        near = np.where(beside[:, None], self._points[index], points - height[:, None] * normal)
+        near = np.where(beside[:, None], self.points[index], points - height[:, None] * normal)
         return Closest(near, normal, np.where(height < 0, -length, length), beside)
 
 
@@ -175,23 +179,3 @@ def surface_of(mesh: Mesh) -> Surface:
 def signed_distances(points: NDArray[np.float64], reference: Mesh) -> NDArray[np.float64]:
     """Distances (n,) [m] of points (n, 3) to the reference, positive outside of it."""
     return surface_of(reference).closest(points).distances
-
-
-def _edges(mesh: Mesh, normals: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """For each face and its edge opposite corner i: the mean normal of the faces there (m, 3, 3); is it open (m, 3)."""
-    pairs = np.sort(mesh.faces[:, [[1, 2], [2, 0], [0, 1]]].reshape(-1, 2).astype(np.int64), axis=1)
-    code = pairs[:, 0] * len(mesh.vertices) + pairs[:, 1]
-    _, edge, count = np.unique(code, return_inverse=True, return_counts=True)
-    edge, of_face = edge.reshape(-1), np.repeat(normals, 3, axis=0)
-    total = np.column_stack([np.bincount(edge, of_face[:, axis]) for axis in range(3)]).astype(float)
-    return unit(total)[edge].reshape(-1, 3, 3), (count == 1)[edge].reshape(-1, 3)
-
-
-def _outside_out(mesh: Mesh, centre: NDArray[np.float64]) -> Mesh:
-    edges = mesh.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2).astype(np.int64)
-    code, back = edges @ [len(mesh.vertices), 1], edges @ [1, len(mesh.vertices)]
-    if not np.array_equal(np.sort(code), np.sort(back)):
-        return mesh  # open: no inside to tell
-    a, b, c = (mesh.vertices[mesh.faces[:, i]] - centre for i in range(3))
-    volume = np.einsum("ij,ij->", a, np.cross(b, c))
-    return Mesh(mesh.vertices, mesh.faces[:, ::-1]) if volume < 0 else mesh

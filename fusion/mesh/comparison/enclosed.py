@@ -13,7 +13,7 @@ def enclosed(surface: MeshSurface, points: NDArray[np.float64]) -> NDArray[np.bo
     """Which of the points (n, 3) [m] on a surface see the surface itself in every direction."""
     hidden = np.ones(len(points), bool)
     for count in _ROUNDS:
-        ways, left = _directions(count), np.flatnonzero(hidden)
+        ways, left = directions(count), np.flatnonzero(hidden)
         for rows in np.split(left, range(_AT_ONCE, len(left), _AT_ONCE)):
             shape = len(rows), count, 3
             hits = surface.hit(np.broadcast_to(points[rows, None], shape), np.broadcast_to(ways, shape))
@@ -21,7 +21,7 @@ def enclosed(surface: MeshSurface, points: NDArray[np.float64]) -> NDArray[np.bo
     return hidden
 
 
-def _directions(count: int) -> NDArray[np.float64]:
+def directions(count: int) -> NDArray[np.float64]:
     """Unit vectors (count, 3) all over the sphere: a spiral of the golden angle."""
     z = 1 - (2 * np.arange(count) + 1) / count
     turn = np.pi * (3 - np.sqrt(5)) * np.arange(count)
