@@ -116,14 +116,15 @@ def differing_place(points: Array, offsets: Array) -> DifferingPlace | None:
     usual = robust_std(offsets[two][known[two]])
     largest = np.where(known, np.abs(offsets), 0).max(axis=1)
     members = np.flatnonzero(two & (largest > GROSS * usual + 1e-6))
-    members = one_piece(points, members, spacing_of(points))
+    spacing = spacing_of(points)
+    members = one_piece(points, members, spacing)
     if len(members) < 2:
         return None
     scan = int(np.argmax(np.where(known[members], np.abs(offsets[members]), 0).mean(axis=0)))
     away = _from_others(offsets, scan)
     # what lies so far off is a place's peaks; it ends where the scan is half as far off
     half = float(np.nanmedian(away[members])) / 2
-    reached = one_piece(points, np.union1d(members, np.flatnonzero(away > half)), spacing_of(points))
+    reached = one_piece(points, np.union1d(members, np.flatnonzero(away > half)), spacing)
     members = reached if np.isin(members, reached).any() else members
     at = points[members]
     across = float(np.linalg.norm(np.ptp(at, axis=0)))

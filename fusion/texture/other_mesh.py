@@ -31,7 +31,8 @@ def read_other(file: Path, scan: Mesh) -> Mesh:
     mesh = from_file(read_mesh(file), file.suffix.lower())
     if not len(mesh.faces):
         raise MeshError("a texture needs triangles", file, f"{len(mesh.vertices)} points", "a mesh")
-    limit, away = LIES_ON * size(scan), float(np.median(apart(scan, mesh)))
+    distances = apart(scan, mesh)
+    limit, away = LIES_ON * size(scan), float(np.median(distances))
     if not away <= limit:
         raise MeshError(
             "the mesh does not lie on the scan",
@@ -40,7 +41,7 @@ def read_other(file: Path, scan: Mesh) -> Mesh:
             f"the scan's object in its place, {size(scan):.4g} m, within {1e3 * limit:.2g} mm",
             "see its unit (STL: mm, others: m), whether it was moved: fusion convert --watertight stands it on z = 0",
         )
-    elsewhere = _where(scan, mesh)
+    elsewhere = _where(scan, mesh, _rms(distances))
     if elsewhere is not None:
         turned = np.rad2deg(Rotation.from_matrix(elsewhere.rotation).magnitude())
         middle = mesh.vertices.mean(axis=0)
@@ -55,9 +56,8 @@ def read_other(file: Path, scan: Mesh) -> Mesh:
     return mesh
 
 
-def _where(scan: Mesh, mesh: Mesh) -> Similarity | None:
-    """The motion after which a mesh lies far better on the scan; None where it stands as well as it can."""
-    off = _rms(apart(scan, mesh))
+def _where(scan: Mesh, mesh: Mesh, off: float) -> Similarity | None:
+    """The motion after which a mesh, `off` [m] (rms), lies far better on the scan; None where it stands as it can."""
     if off < PLACED * size(scan):
         return None
     pose = align_meshes(mesh, scan, near=True).similarity()

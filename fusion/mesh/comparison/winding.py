@@ -14,9 +14,8 @@ from fusion.mesh.mesh import Mesh
 
 Rows = NDArray[np.bool_]
 _WORTH = 5e-4  # of the area in doubt that is told: less is 0.0 %
-_FEW = (
-    0.01  # of an open piece: so little that looks the other way than the rest, or is there twice, is no doubt (guess)
-)
+# of an open piece: so little that looks the other way than the rest, or is there twice, is no doubt (guess)
+_FEW = 0.01
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,13 +7,8 @@ import numpy as np
 from fusion.errors import MeshError
 from fusion.mesh.mesh import Mesh
 
-SINGLE = (
-    ".stl",
-    ".glb",
-    ".pcd",
-    ".3mf",
-    ".usdz",
-)  # all that are written with 32 bits; PLY takes 64 where it needs them
+# all that are written with 32 bits; PLY takes 64 where it needs them
+SINGLE = ".stl", ".glb", ".pcd", ".3mf", ".usdz"
 OF_EDGE = 0.1  # of the median edge: by more, triangles are others and normals turn (guess)
 OF_SIZE = 1e-3  # of the longest side of the box: 0.1 mm of 100 mm, about what a depth camera tells at best (guess)
 BUT_FOR = 0.01  # of the vertices may move farther: a speck far out is no reason to refuse what else is there (guess)

@@ -66,12 +66,14 @@ def check_color_over_depth(sample: Sample) -> list[Finding]:
     as_is = laid(shown, (1.0,))
     if as_is.z > REGISTERED and as_is.lies(width):
         return [Finding("color", "ok", "colour lies over depth: rims of depth are edges of colour")]
-    stays = as_is.here > max(REGISTERED, AS_WELL * as_is.z)
+    untold = [Finding("color", "ok", "rims of depth do not tell whether colour lies over it")]
+    if as_is.here > max(REGISTERED, AS_WELL * as_is.z):
+        return untold
     best = laid(shown, SCALES)
     halves = [laid(shown[k::2], SCALES) for k in (0, 1)] if len(shown) > 1 else []
     agreed = bool(halves) and all(half.near(best, width) and half.inside(width) for half in halves)
-    if stays or best.z < SURE or not agreed or not best.inside(width):
-        return [Finding("color", "ok", "rims of depth do not tell whether colour lies over it")]
+    if best.z < SURE or not agreed or not best.inside(width):
+        return untold
     seen = f"colour does not lie over depth: it fits when it is enlarged by {best.scale:.2f} and moved by "
     seen += f"{best.across * sample.stride}, {best.down * sample.stride} px"
     do = 'record it registered (aligned) to depth, or pass --camera with its own camera ("color"); scans leave it out'
