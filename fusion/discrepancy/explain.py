@@ -19,6 +19,7 @@ from fusion.discrepancy.inference.loose import Loose
 from fusion.discrepancy.inference.scatter import loose_of
 from fusion.discrepancy.inference.shaking import SHAKES, Shaking, shaking_of, steadied
 from fusion.discrepancy.inference.tile_covariance import TileCovariance, covariance_of
+from fusion.discrepancy.levels import at_levels
 from fusion.discrepancy.mean import MeanFindings, MeasuredForms, explained_mean, likeliest
 from fusion.discrepancy.naming.deviations import with_deviations
 from fusion.discrepancy.naming.naming import Named
@@ -142,6 +143,7 @@ def explain(
     blocks: list[FrameBlock] = []
     prints: list[tuple[Path, Prints]] = []
     matches = matched(recordings, simulated) if simulated else []
+    recordings = recordings if matches else at_levels(recordings, sensor)  # simulations are rounded as these are
     for place, recording in enumerate(each(recordings, "looking")):
         set_up = simulated_stage(matches[place], place, sensor) if matches else stage_of(recording, place)
         seen = blocks_of(set_up, wanted_channels(baseline, sensor.principle == Principle.TIME_OF_FLIGHT))

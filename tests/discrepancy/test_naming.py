@@ -166,6 +166,28 @@ def test_an_effect_that_acts_in_a_part_only_is_named_and_located(principle, hidd
     assert found.sensor.effect(hidden.name).where == (bound,)
 
 
+def test_a_part_that_leaves_noise_is_told_where_the_whole_explains_nearly_all():
+    """2.6 % more than the whole, which leaves four times the noise."""
+    hidden = AmplitudeError(coefficient=0.0004, exponent=1.0, where=(Bound("depth", 1.2),))
+    found, _, _ = named(TOF, hidden)
+    (step,) = found.steps
+    (bound,) = step.candidate.where
+    assert step.effect.name == hidden.name and bound.variable == "depth" and bound.low == pytest.approx(1.2, abs=0.01)
+    assert found.white @ found.white < 1.3 * len(found.white)
+
+
+@pytest.mark.slow
+def test_two_waves_in_a_part_of_the_depths_share_their_region_and_have_a_size_together():
+    waves = CyclicError(amplitude=[0.003, 0.0015], period=[0.65, 1.9], phase=[0.0, 1.0], where=(Bound("depth", 1.5),))
+    found, _, _ = named(TOF, waves)
+    assert [step.effect.name for step in found.steps] == ["cyclic_error"] * 2
+    ((bound,),) = {step.candidate.where for step in found.steps}
+    assert bound.variable == "depth" and bound.low == pytest.approx(1.5, abs=0.02)
+    assert found.white @ found.white < 1.3 * len(found.white)
+    # each of two waves could do with less of the other: together they are known to some percent
+    assert {step.std < 0.05 for step in found.steps} == {True}
+
+
 @pytest.mark.slow
 def test_a_known_effect_of_a_wrong_size_is_corrected_and_not_renamed():
     true, stated = DepthOffset(offset=0.014), DepthOffset(offset=0.010)

@@ -36,7 +36,7 @@ class Step:
     held_out: float  # drop of the chi2 in recordings left out in turn
     probability: float  # that noise alone does this, over all names and regions
     alike: tuple[str, ...]  # names that this data cannot tell from it
-    std: float  # of its size, as a share of it
+    std: float  # of its size, as a share of it; of several waves of one effect together
     # weights, weights_std: (k,) of the atoms
     weights: Vector
     weights_std: Vector
@@ -91,7 +91,6 @@ def _step(fit: PartsFit, k: int, candidates: Sequence[Candidate], spreads: Vecto
         name: float(part.candidate.form.fixed[name] * spread)
         for name, spread in zip(shapes_of(part), spreads[shapes], strict=True)
     }
-    length = float(np.linalg.norm(fitted))
     return Step(
         part.candidate,
         part.effect(fit.observations),
@@ -99,15 +98,37 @@ def _step(fit: PartsFit, k: int, candidates: Sequence[Candidate], spreads: Vecto
         held_out_gain(part, MeasuredTiles(fit.observations, fit.covariance), seen, target, own.gain),
         probability,
         _alike(fit, part, candidates, Aim(space, target), form_of(fit, k)),
-        float(np.linalg.norm(spreads[weights] * np.linalg.norm(seen, axis=0))) / max(length, 1e-12)
-        if len(part.weights) <= 2
-        else 1.0 / max(length, 1e-12),
+        _std(fit, k, seen, spreads),
         part.weights,
         spreads[weights],
         about,
         own.gain - own.score if np.isfinite(own.score) else 0.0,
         _together(fit, part, candidates, space),
     )
+
+
+def _std(fit: PartsFit, k: int, seen: Matrix, spreads: Vector) -> float:
+    """Standard deviation of the size of part k, as a share of it.
+
+    Waves of one effect may stand for each other, so that none of them has a size of its own: they have one together,
+    that of what they change.
+
+    Args:
+        seen: (n, k) its columns beside the other parts.
+    """
+    part = fit.parts[k]
+    waves = [i for i, other in enumerate(fit.parts) if other.name == part.name and not other.size]
+    if len(waves) > 1 and k in waves:
+        own = np.concatenate([np.arange(len(spreads))[place] for i in waves for place in fit.places[i]])
+        cov = np.linalg.inv(fit.normal)
+        scale = spreads[own] / np.sqrt(np.diag(cov)[own])
+        changed = np.sum([fit.parts[i].footprint for i in waves], axis=0)
+        along = fit.columns[:, own].T @ changed * scale
+        return float(np.sqrt(along @ cov[np.ix_(own, own)] @ along) / max(float(changed @ changed), 1e-12))
+    length = max(float(np.linalg.norm(seen @ part.weights)), 1e-12)
+    if len(part.weights) > 2:
+        return 1.0 / length
+    return float(np.linalg.norm(spreads[fit.places[k][0]] * np.linalg.norm(seen, axis=0))) / length
 
 
 def _alike(fit: PartsFit, part: EffectPart, candidates: Sequence[Candidate], aim: Aim, form: float) -> tuple[str, ...]:

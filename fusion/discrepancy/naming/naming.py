@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.decisions import FALSE_ALARM, SURE
+from fusion.discrepancy.decisions import FALSE_ALARM, NOISE_ALONE, SURE
 from fusion.discrepancy.inference.tile_covariance import TileCovariance
 from fusion.discrepancy.naming.assessment import Step, judged, judged_next
 from fusion.discrepancy.naming.effect_part import EffectPart
@@ -15,7 +15,7 @@ from fusion.discrepancy.naming.refit import PartsFit, partial_residual, refitted
 from fusion.discrepancy.naming.search.candidates import Candidate, candidate_of
 from fusion.discrepancy.naming.search.models import rearranged, score_of
 from fusion.discrepancy.naming.search.review import reviewed
-from fusion.discrepancy.naming.search.step import NextPart, best_part
+from fusion.discrepancy.naming.search.step import REGION_GAIN, NextPart, best_part
 from fusion.discrepancy.observe.frame_block import FrameBlock
 from fusion.discrepancy.observe.observations import Observations
 from fusion.sensor.sensor import Sensor
@@ -65,6 +65,10 @@ def name_effects(
         wide = _grown(refitted(parts, observations, covariance), candidates)
         if score_of(wide[0]) > score_of(fit) + SURE:
             fit, likely = wide
+    elif fit.parts and not _is_noise(fit):
+        narrow = _grown(refitted((), observations, covariance), candidates, more=0.0)
+        if _is_noise(narrow[0]) and score_of(narrow[0]) > score_of(fit) + SURE:
+            fit, likely = narrow
     other = rearranged(fit, candidates, MOST_NAMES)
     if other is not fit:
         fit, likely = _grown(other, candidates)
@@ -89,15 +93,20 @@ def _poorer(fit: PartsFit, steps: Sequence[Step]) -> tuple[PartsFit, Step] | Non
     return refitted(rest, fit.observations, fit.covariance), weak[-1]
 
 
-def _grown(fit: PartsFit, candidates: Sequence[Candidate]) -> tuple[PartsFit, Step | None]:
-    """The fit with further parts, one by one, and what is likely beside them."""
+def _is_noise(fit: PartsFit) -> bool:
+    return float(fit.white @ fit.white) <= NOISE_ALONE * len(fit.white)
+
+
+def _grown(fit: PartsFit, candidates: Sequence[Candidate], more: float = REGION_GAIN) -> tuple[PartsFit, Step | None]:
+    """The fit with further parts, one by one, and what is likely beside them; of regions as `best_part` has it."""
     likely: Step | None = None
     earlier: Step | None = None  # likely beside fewer parts
     passed_over: set[str] = set()
     for _ in range(len(fit.parts), MOST_STEPS):
         space, target = partial_residual(fit, None)
+        candidates = _in_regions(candidates, fit)
         open_to = [c for c in candidates if c.name not in passed_over]
-        found = best_part(open_to, fit.observations, fit.covariance, space, target)
+        found = best_part(open_to, fit.observations, fit.covariance, space, target, more)
         if found is None or found.probability > FALSE_ALARM or is_faint(fit, found):
             return fit, likely or _told_of(fit, found, open_to) or earlier
         if len({part.name for part in (*fit.parts, found.part)}) > MOST_NAMES:
@@ -116,6 +125,17 @@ def _with(fit: PartsFit, found: NextPart, candidates: Sequence[Candidate]) -> Pa
     larger = refitted(_of_one_region([*fit.parts, found.part], fit), fit.observations, fit.covariance)
     helped = larger.white @ larger.white < fit.white @ fit.white - 0.5 * found.gain
     return reviewed(larger, candidates) if helped else None
+
+
+def _in_regions(candidates: Sequence[Candidate], fit: PartsFit) -> list[Candidate]:
+    """Forms of effects that act in a region there alone: their further parts are asked for where the first ones act."""
+    regions = {part.name: part.candidate.where for part in fit.parts}
+    return [
+        one
+        if (where := regions.get(one.name, one.where)) == one.where
+        else candidate_of(fit.observations, fit.covariance, one.form, where)
+        for one in candidates
+    ]
 
 
 def _of_one_region(parts: Sequence[EffectPart], fit: PartsFit) -> list[EffectPart]:

@@ -1,6 +1,7 @@
 """Review: after each acceptance, regions get their best edges, and every name is tried against its rivals."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from fusion.discrepancy.naming.search.candidates import Candidate, candidate_of
 from fusion.discrepancy.naming.search.region import region_variables
 from fusion.discrepancy.naming.search.score import scored
 from fusion.discrepancy.naming.search.step import scores
+from fusion.sensor.where import Bound
 
 ROUNDS = 2
 
@@ -29,23 +31,31 @@ def reviewed(fit: PartsFit, candidates: Sequence[Candidate]) -> PartsFit:
 
 
 def _edged(fit: PartsFit) -> PartsFit:
-    """Regions with their edges where they explain most beside the other parts."""
+    """Regions with their edges where they explain most beside the other parts: of all waves of an effect the same."""
     if not any(part.candidate.where for part in fit.parts):
         return fit
     values = region_variables(fit.observations)
-    for k, part in enumerate(fit.parts):
-        if not part.candidate.where or part.size:
-            continue
+    strongest = {
+        part.name: k
+        for k, part in sorted(enumerate(fit.parts), key=lambda one: float(one[1].footprint @ one[1].footprint))
+        if part.candidate.where and not part.size
+    }
+    for k in strongest.values():
+        part = fit.parts[k]
         bound, aim = part.candidate.where[0], partial_residual(fit, k)
         measured = MeasuredTiles(fit.observations, fit.covariance)
         moved = tweaked(part.candidate, bound, values[bound.variable], measured, aim)
         weights = scored(moved, aim.space.of(moved.white), aim.target).weights
-        better = refitted(
-            [*fit.parts[:k], EffectPart(moved, weights), *fit.parts[k + 1 :]], fit.observations, fit.covariance
-        )
+        parts = [_in_region(one, moved.where, fit) if one.name == part.name else one for one in fit.parts]
+        parts[k] = EffectPart(moved, weights)
+        better = refitted(parts, fit.observations, fit.covariance)
         if better.white @ better.white < fit.white @ fit.white:
             fit = better
     return fit
+
+
+def _in_region(part: EffectPart, where: tuple[Bound, ...], fit: PartsFit) -> EffectPart:
+    return replace(part, candidate=candidate_of(fit.observations, fit.covariance, part.candidate.form, where))
 
 
 def _swapped(fit: PartsFit, candidates: Sequence[Candidate]) -> PartsFit | None:

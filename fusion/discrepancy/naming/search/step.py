@@ -22,7 +22,7 @@ Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 
 SHAPES = 2  # of each name that are tried in regions: those that explain most everywhere
-REGION_GAIN = 0.04  # of the whole's gain: a region must explain that much more
+REGION_GAIN = 0.04  # of the whole's gain: a region must explain that much more, or leave noise where the whole does not
 WITHIN = (*OF_TIME, "table_angle")  # what changes while one recording goes on
 SIMPLER = 2.0  # score per variable: of laws that fit alike, the one that depends on less
 
@@ -49,8 +49,13 @@ def best_part(
     covariance: TileCovariance,
     space: Space,
     target: Vector,
+    more: float = REGION_GAIN,
 ) -> NextPart | None:
-    """The candidate that pays most for its freedom in a space, established or not; None when there is none at all."""
+    """The candidate that pays most for its freedom in a space, established or not; None when there is none at all.
+
+    Args:
+        more: share of the whole's gain that it must explain beyond that in a region.
+    """
     if not candidates:
         return None
     all_scored = scores(candidates, space, target)
@@ -63,7 +68,7 @@ def best_part(
     own = scored(whole, space.of(whole.white), target)
     candidate, result, tried = whole, own, len({c.name for c in candidates})
     regional = _regional(candidates, all_scored, observations, covariance, Aim(space, target))
-    if regional is not None and _beats(regional, own):
+    if regional is not None and _beats(regional, own, more):
         regional = _own_to_region(regional, candidates, observations, covariance, Aim(space, target))
         everywhere = candidate_of(observations, covariance, regional.candidate.form)
         if confined(regional.candidate, everywhere, space, target):
@@ -120,9 +125,9 @@ def _regional(
     return best_region(chosen, observations, covariance, *aim)
 
 
-def _beats(regional: Regional, whole: Scored) -> bool:
-    more = 0.0 if whole.size else REGION_GAIN * whole.gain  # a field has paid for its freedom already
-    return regional.scored.score > whole.score + max(SURE, more)
+def _beats(regional: Regional, whole: Scored, more: float) -> bool:
+    asked = 0.0 if whole.size else more * whole.gain  # a field has paid for its freedom already
+    return regional.scored.score > whole.score + max(SURE, asked)
 
 
 def _own_to_region(
