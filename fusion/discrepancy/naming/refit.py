@@ -20,6 +20,7 @@ Matrix = NDArray[np.float64]
 STEPS = 6
 ENOUGH = 0.3  # drop of the chi2 below which nothing is gained by going on
 LARGEST = 0.3  # change of the logarithm of a shape in one step
+PROMISED = 4.0  # times the drop of the chi2 that a linear step foresees: as far as shapes may bring it beyond
 STEP = 1e-3  # of a shape, for its derivative
 RIDGE = 1e-10  # of a column's power: directions that nothing tells stay where they are
 
@@ -53,12 +54,21 @@ def partial_residual(fit: PartsFit, k: int | None) -> Aim:
     return Aim(space, np.asarray(space.of(residual)))
 
 
-def refitted(parts: Sequence[EffectPart], observations: Observations, covariance: TileCovariance) -> PartsFit:
-    """Least squares over all weights and shapes, step by step, each step judged by the sensor's own prediction."""
+def refitted(
+    parts: Sequence[EffectPart], observations: Observations, covariance: TileCovariance, most: float = np.inf
+) -> PartsFit:
+    """Least squares over all weights and shapes, step by step, each step judged by the sensor's own prediction.
+
+    Args:
+        most: cost above which the fit is of no use: it ends where nothing says that it comes so far.
+    """
     fit = _fit(tuple(parts), observations, covariance)
     for _ in range(STEPS if parts else 0):
         weights = np.concatenate([np.append(p.weights, np.zeros(len(shapes_of(p)))) for p in fit.parts])
-        change = np.linalg.solve(fit.normal, fit.columns.T @ fit.white - fit.prior * weights)
+        slope = fit.columns.T @ fit.white - fit.prior * weights
+        change = np.linalg.solve(fit.normal, slope)
+        if _cost(fit) - PROMISED * float(change @ slope) > most:
+            break
         better = _along(fit, change)
         if better is None:
             break

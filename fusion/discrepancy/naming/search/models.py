@@ -43,9 +43,11 @@ def rearranged(fit: PartsFit, candidates: Sequence[Candidate], most: int) -> Par
     """
     if not fit.parts or any(fit.observations.sensor.effect(part.name) for part in fit.parts):
         return fit
-    own = score_of(fit)
+    own, white = score_of(fit), fit.covariance.whiten(fit.observations.residual)
+    least = float(white @ white) - own - SURE  # cost and price together that the other must stay below
     for parts in _promising(fit, candidates, most):
-        other = refitted(parts, fit.observations, fit.covariance)
+        price = sum(map(_freedom, parts)) * float(np.log(len(white)))
+        other = refitted(parts, fit.observations, fit.covariance, least - price)
         if score_of(other) > own + SURE and all(_sound(other, k) for k in range(len(other.parts))):
             return other
     return fit
