@@ -307,6 +307,13 @@ def test_where_no_pose_fits_nothing_else_is_judged():
     assert judge_comparison(fits).level == "ok"
 
 
+def test_a_file_named_twice_is_told():
+    ball = _ball(0.1)
+    again = replace(ball, vertices=np.add(ball.vertices, [0, 0, 1e-6]))
+    assert any("number by number" in note for note in compare(ball, ball, STAND).notes)
+    assert not any("number by number" in note for note in compare(again, ball, STAND).notes)
+
+
 def test_a_mirror_image_is_told():
     mesh = _object(3)
     reference = mirrored(_moved(mesh)[0])

@@ -17,6 +17,7 @@ from fusion.mesh.comparison.cloud_facing import cloud_facing
 from fusion.mesh.comparison.completeness import UNSEEN_M, completeness_of
 from fusion.mesh.comparison.distances import MeshSurface, Surface, surface_of
 from fusion.mesh.comparison.mirrored import mirrored_note
+from fusion.mesh.comparison.notes import freedom_note, itself_note, scale_note
 from fusion.mesh.comparison.statistics import (
     OVER,
     SIGMA,
@@ -147,6 +148,7 @@ def compare(mesh: Mesh, reference: Mesh, settings: CompareSettings | None = None
     settings = settings or CompareSettings()
     _check(settings)
     mesh, reference, factors, notes = in_metres(mesh, reference, settings.unit)
+    notes += itself_note(mesh, reference)
     surfaces = surface_of(mesh), surface_of(reference)
     if isinstance(surfaces[1], MeshSurface):
         reference = surfaces[1].wound.applied(reference)
@@ -174,7 +176,7 @@ def compare(mesh: Mesh, reference: Mesh, settings: CompareSettings | None = None
     if settings.align and not left_out and not (settings.near and alignment.status == "kept"):
         with stage("aligning"):
             mirror = mirrored_note(mesh, reference, surfaces[1], pose, accuracy.rms)
-    notes += mirror or _freedom_note(alignment) + _scale_note(alignment)  # of a mirror image distances mean nothing
+    notes += mirror or freedom_note(alignment) + scale_note(alignment)  # of a mirror image distances mean nothing
     with stage("measuring"):
         # three times the scan's own error, by what lies near the reference: a table around the object is no error
         close = np.abs(there)[np.abs(there) <= NEAR * size(reference)]
@@ -243,35 +245,6 @@ def _accuracy(
     if share:
         notes.append(f"{share:.1%} of the mesh lies more than {limit:g} m away and was left out of the accuracy.")
     return distances[near], share
-
-
-def _freedom_note(alignment: Alignment) -> list[str]:
-    """What the shapes leave free of the pose."""
-    angles = sorted({round(float(np.rad2deg(angle))) for angle in alignment.turns})
-    said = []
-    if angles:
-        turned = " or ".join(f"{angle}" for angle in angles) if len(angles) <= 3 else "any of many angles"
-        said.append(f"turned by {turned}{' deg' if len(angles) <= 3 else ''}")
-    if alignment.slides:
-        said.append(f"slid by {1e3 * alignment.slides:.2g} mm or more along its own surface")
-    if not said:
-        return []
-    return [
-        f"{' or '.join(said).capitalize()} besides, the mesh fits the reference as well: "
-        f"how large the distances are holds, but not where on the object; --no-align keeps a pose that is known."
-    ]
-
-
-def _scale_note(alignment: Alignment) -> list[str]:
-    """What one scale would explain that was not asked for."""
-    asked = alignment.asks_scale
-    if asked is None:
-        return []
-    other = "smaller" if asked > 1 else "larger"
-    return [
-        f"The mesh is {abs(1 / asked - 1):.2%} {other} than the reference all over: --scale fits that, and says how "
-        f"sure it is; a wrong focal length, a wrong depth or a coat make scans so."
-    ]
 
 
 def _with_distances(mesh: Mesh, reference: Surface, pose: Similarity) -> Mesh:
