@@ -146,7 +146,7 @@ def explain(
     recordings = recordings if matches else at_levels(recordings, sensor)  # simulations are rounded as these are
     for place, recording in enumerate(each(recordings, "looking")):
         set_up = simulated_stage(matches[place], place, sensor) if matches else stage_of(recording, place)
-        seen = blocks_of(set_up, wanted_channels(baseline, sensor.principle == Principle.TIME_OF_FLIGHT))
+        seen = blocks_of(set_up, wanted_channels(baseline, sensor.principle == Principle.TIME_OF_FLIGHT), sensor)
         prints.append((recording.path, frozenset().union(*(block.prints for block in seen))))
         refuse_copies(prints)
         blocks += seen

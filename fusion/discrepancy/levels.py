@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.inference.unrounded import STEP
+from fusion.discrepancy.inference.unrounded import STEP, rounding_of
 from fusion.recording.recording import Frame, Recording
 from fusion.sensor.effect import Effect
 from fusion.sensor.sensor import Sensor
@@ -29,7 +29,7 @@ def at_levels(recordings: Sequence[Recording], sensor: Sensor) -> Sequence[Recor
 
     Where steps are closer than counts, depths stay.
     """
-    rounding = next((effect for effect in sensor.effects if effect.lattice), None)
+    rounding = rounding_of(sensor)
     if rounding is None or not all(recording.in_counts for recording in recordings):
         return recordings
     of_counts: dict[str, Any] = {rounding.lattice["constant"]: 0.0}  # the file's counts are such steps themselves

@@ -9,7 +9,11 @@ from scipy.ndimage import binary_dilation
 
 from fusion.discrepancy.observe.observations import observe
 from fusion.discrepancy.observe.outliers import RIM_PX, Stays, foreign
+from fusion.discrepancy.observe.things import _Seen
+from fusion.sensor.effects.readout.axial_noise import AxialNoise
+from fusion.sensor.effects.readout.depth_quantization import DepthQuantization
 from fusion.sensor.effects.readout.depth_scale import DepthScale
+from fusion.sensor.sensor import Sensor
 
 
 def wall(noise=0.003):
@@ -107,3 +111,31 @@ def test_noise_of_a_steep_wall_is_nobody_passing():
     assert not any(Stays(frames).hidden(frame).any() for frame in frames)
     frames[3, 20:50, :50] -= 0.5 * depth[20:50, :50]  # where there is less of it, somebody is still seen
     assert Stays(frames).hidden(frames[3])[25:45, 5:45].all()
+
+
+def test_levels_of_a_rounding_are_no_things_and_nobody_passing():
+    """Half a pixel of disparity at 3 m: 8 % of the depth, and no noise about it. Levels end as sharply as things do."""
+    step = np.full((90, 120), 0.25)
+    level = np.full(step.shape, 3.0)
+    other = level.copy()
+    other[30:70, 40:90] -= step[30:70, 40:90]
+    assert foreign(other, level).any() and not foreign(other, level, least=1.5 * step).any()
+    frames = np.array([level, other, level, level, level])
+    assert Stays(frames).hidden(other).any() and not Stays(frames, lambda depth: 1.5 * step).hidden(other).any()
+    nearer = level - 2 * (level - other)  # two steps before its ground: a thing
+    assert foreign(nearer, level, least=1.5 * step).any()
+    assert Stays(frames, lambda depth: 1.5 * step).hidden(nearer).any()
+
+
+def test_a_thing_stands_more_than_a_step_before_its_ground():
+    sensor = Sensor("made up", "structured_light", (AxialNoise(sigma_px=0.004), DepthQuantization(step_px=0.05)))
+    wall, *others = looks_at(sensor, 1, off=0.0)
+    native = wall.view.focal_baseline / wall.mean**2
+
+    def pieces(steps):
+        seen = wall.mean.copy()
+        seen[24:50, 30:70] -= steps * 0.05 / native[24:50, 30:70]
+        patches = observe(sensor, [replace(wall, mean=seen), *others]).patches
+        return [int(piece.sum()) for piece in _Seen(patches[0]).pieces()]
+
+    assert not pieces(1) and len(pieces(2)) == 1 and pieces(2)[0] > 1000

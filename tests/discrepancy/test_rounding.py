@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from made_up_walls import WALLS, look_at, looks_at
 
+from fusion.discrepancy.channels.scatter import WANDERS, scatter_of
 from fusion.discrepancy.inference.rounding import _added, rounding_covariance
 from fusion.discrepancy.inference.tile_covariance import MeasuredTiles, covariance_of
 from fusion.discrepancy.naming.search.bounds import tweaked
@@ -79,6 +80,15 @@ def test_speckle_moves_pixels_to_other_steps():
         white = covariance_of(observations).whiten(observations.residual)
         calm.append(float(white @ white) / len(white))
     assert 0.3 < np.mean(calm) < 1.5, calm
+
+
+def test_frames_amid_one_step_scatter_less_by_no_more_than_steps_hide():
+    """No frame of a pixel leaves its step: that is no noise of a 1e-13th, which no sum of tiles outweighs."""
+    sensor = Sensor("made up", "structured_light", (AxialNoise(sigma_px=0.02), DepthQuantization(step_px=0.05)))
+    blocks = [replace(block, std=np.zeros_like(block.mean)) for block in looks_at(sensor, 1)]
+    scatter = scatter_of(observe(sensor, blocks).patches)
+    # the model has variance of its own, twice as much as rounding alone makes
+    assert -WANDERS - np.log(4.0) < scatter.excess.min() < scatter.excess.max() < -WANDERS
 
 
 def test_a_tile_amid_one_step_tells_nothing_of_a_law():

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.channels.channel_step import ChannelStep
-from fusion.discrepancy.inference.unrounded import STEP
+from fusion.discrepancy.inference.unrounded import STEP, rounding_of
 from fusion.discrepancy.observe.observations import Observations
 from fusion.evaluation.quantization import LEVEL, Quantization, quantization_of
 from fusion.recording.recording import Recording
@@ -31,7 +31,7 @@ def lattice_steps(observations: Observations) -> tuple[Sensor, tuple[ChannelStep
     if law is None or law.law not in ("z^2", "constant") or (law.value < COARSE * law.unit and law.law == "constant"):
         return sensor, ()
     view = observations.patches[0].view
-    known = next((effect for effect in sensor.effects if effect.lattice), None)
+    known = rounding_of(sensor)
     if known is not None and _same(known, law, view):
         return sensor, ()
     effect, std = _effect(law, view)

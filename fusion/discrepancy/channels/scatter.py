@@ -58,13 +58,13 @@ def predicted_variance(patch: Patch, spread: NDArray[np.floating]) -> Vector:
 
 
 def _least(patch: Patch) -> float:
-    """Where all frames round to one step nobody knows how near the next one is."""
+    """Where all frames round to one step nobody knows how near the next one is: neither the model nor they."""
     return max(float(np.exp(-WANDERS)) * patch.step**2 / 12, LEAST_VARIANCE)
 
 
 def _scatter(patch: Patch) -> tuple[Vector, Vector, Vector, Vector]:
     n, block = len(patch.block.frames), patch.block
-    measured = np.maximum(variance(patch, block.std), LEAST_VARIANCE)
+    measured = np.maximum(variance(patch, block.std), _least(patch))
     pixels = patch.tiles.pixels / _sharing(patch)
     floor = FLOOR**2 + _undithered(patch) ** 2
     whole, renewed = filtered(patch, _memory(patch))
@@ -73,7 +73,7 @@ def _scatter(patch: Patch) -> tuple[Vector, Vector, Vector, Vector]:
     if n < 3 or block.succession is None:
         return excess, excess_sigma, np.zeros(len(excess)), np.full(len(excess), np.inf)
     new = variance(patch, np.sqrt(block.succession))
-    renewal = np.log(np.maximum(new, LEAST_VARIANCE) / measured) - renewed
+    renewal = np.log(np.maximum(new, _least(patch)) / measured) - renewed
     # von Neumann's ratio of normal noise, of which each pixel weighs with its own variance
     ratio = (n - 2) / ((n + 1) * (n - 1)) * (1 + 2 / (n - 1))
     return excess, excess_sigma, renewal, np.sqrt(ratio / pixels + floor)

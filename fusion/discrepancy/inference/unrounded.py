@@ -7,13 +7,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.observe.frames import local_mean
+from fusion.geometry.camera import Camera
 from fusion.sensor.effect import Effect
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import Image, View
 
 STEP = 12**0.5  # over the spread of what rounding to it loses
 HIDDEN = 0.46  # of a step: noise that leaves a two-hundredth of it, which is a tenth of that noise in a square's mean
+NEXT_LEVEL = 1.5  # steps: more than one, which is as far as rounding moves a pixel, and fewer than two
 MOVED = 0.1  # of a step: about as far as a law that is looked for moves what is rounded
+
+
+def rounding_of(sensor: Sensor) -> Effect | None:
+    """The effect of a model that rounds depths; None without: it is the last that happens to a depth."""
+    return next((effect for effect in sensor.effects if effect.lattice), None)
+
+
+def next_level(sensor: Sensor, depth: Image, camera: Camera) -> Image | float:
+    """(h, w) [m] by which the rounding of a model moves no pixel of a depth (h, w) [m]; 0 without."""
+    rounding, view = rounding_of(sensor), View(camera, baseline=sensor.baseline)
+    with np.errstate(all="ignore"):
+        return 0.0 if rounding is None else NEXT_LEVEL * STEP * rounding.noise(depth, view)
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from fusion.discrepancy.inference.unrounded import next_level
 from fusion.discrepancy.observe.frames import FrameSeries
 from fusion.discrepancy.observe.interior import interior
 from fusion.discrepancy.observe.outliers import Stays
@@ -22,6 +23,7 @@ from fusion.recording.recording import Recording
 from fusion.sensor.laws.surface import moved_beyond
 from fusion.sensor.moment import Moment
 from fusion.sensor.moments import moments_of
+from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import Image, View
 from fusion.simulation.rendering.casting import Body
 from fusion.simulation.rendering.indirect import Bounce
@@ -84,9 +86,13 @@ class FrameBlock:
         return moved_beyond(self.view.depth, np.array(self.moved), self.view)
 
 
-def blocks_of(stage: KnownScene, channels: Channels) -> list[FrameBlock]:
-    """All stretches of a recording, in order. RecordingError when no frame is at the time of a pose."""
-    blocks = [_block_of(stage, frames, channels) for frames in each(_blocks(stage), stage.recording.path.name)]
+def blocks_of(stage: KnownScene, channels: Channels, sensor: Sensor | None = None) -> list[FrameBlock]:
+    """All stretches of a recording, in order. RecordingError when no frame is at the time of a pose.
+
+    Args:
+        sensor: what is known of how depths are rounded.
+    """
+    blocks = [_block_of(stage, frames, channels, sensor) for frames in each(_blocks(stage), stage.recording.path.name)]
     if len(blocks) < LONG or any(block.held for block in blocks):
         return blocks
     blocks = _with_scatter(blocks)
@@ -153,7 +159,7 @@ def _span(stamps: NDArray[np.float64]) -> str:
     return f"from {stamps.min():.10g} to {stamps.max():.10g} s"
 
 
-def _block_of(stage: KnownScene, frames: tuple[int, ...], channels: Channels) -> FrameBlock:
+def _block_of(stage: KnownScene, frames: tuple[int, ...], channels: Channels, sensor: Sensor | None) -> FrameBlock:
     recording = stage.recording
     assert recording.poses is not None
     T_world_camera = recording.poses.at(recording.timestamps).poses[frames[0]]
@@ -164,7 +170,8 @@ def _block_of(stage: KnownScene, frames: tuple[int, ...], channels: Channels) ->
         moment = replace(moment, axis_point=point, axis_direction=direction)
     view = replace(view, moment=moment)
     kept = len(frames) - (len(frames) // HELD_OUT if len(frames) > 3 else 0)
-    stays = Stays(np.array([stage.recording[i].depth for i in frames[:: -(-len(frames) // SCENE_FRAMES)]]))
+    some = np.array([stage.recording[i].depth for i in frames[:: -(-len(frames) // SCENE_FRAMES)]])
+    stays = Stays(some, lambda depth: 0.0 if sensor is None else next_level(sensor, depth, recording.camera))
     block = replace(_measured(stage, frames[:kept], view, T_world_camera, stays), given=given)
     if kept == len(frames):
         return block

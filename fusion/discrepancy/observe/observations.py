@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.inference.loose import Loose
-from fusion.discrepancy.inference.unrounded import STEP, Unrounded
+from fusion.discrepancy.inference.unrounded import STEP, Unrounded, next_level, rounding_of
 from fusion.discrepancy.observe.frame_block import FrameBlock
 from fusion.discrepancy.observe.interior import interior
 from fusion.discrepancy.observe.outliers import foreign
@@ -92,6 +92,11 @@ class Patch:
         with np.errstate(all="ignore"):
             lost = np.nanmedian(np.abs(self.steps.rounding.noise(self.depth, self.view) * self.native))
         return float(STEP * lost)
+
+    @property
+    def next_level(self) -> Image | float:
+        """(h, w) [m] by which rounding to another step does not move a pixel; 0 by a model without steps."""
+        return next_level(self.sensor, self.predicted, self.view.camera)
 
     @cached_property
     def usual_native(self) -> float:
@@ -237,7 +242,7 @@ def _usable(patch: Patch) -> NDArray[np.bool_]:
     """Pixels (h, w) that are seen, away from edges, of what the mesh has."""
     mean, count, frames = patch.block.mean, patch.block.count, len(patch.block.frames)
     usable = np.isfinite(patch.predicted) & np.isfinite(mean) & (count >= max(1, frames - 1)) & interior(patch.view)
-    return np.asarray(usable & ~foreign(mean, patch.predicted, patch.depth))
+    return np.asarray(usable & ~foreign(mean, patch.predicted, patch.depth, patch.next_level))
 
 
 class Predicted(NamedTuple):
@@ -255,8 +260,7 @@ def predicted(sensor: Sensor, block: FrameBlock) -> Predicted:
     """
     depth, steps = block.view.depth, None
     assert depth is not None
-    # rounding is the last that happens to a depth
-    rounding = next((effect for effect in sensor.effects if effect.lattice), None)
+    rounding = rounding_of(sensor)
     others = tuple(effect for effect in sensor.effects if effect is not rounding)
     before = replace(sensor, effects=others)
     means, sigmas = zip(*[before.repeated(depth, one) for one in frame_views(block, block.view, others)], strict=True)

@@ -1,6 +1,7 @@
 """Outliers: what is in a recording and not in its mesh, such as a thing before the wall; it takes no part."""
 
 import warnings
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -30,12 +31,15 @@ class OutlyingRecording:
     empty: bool = False  # no pixel of it has a depth
 
 
-def foreign(measured: Image, predicted: Image, depth: Image | None = None) -> NDArray[np.bool_]:
+def foreign(
+    measured: Image, predicted: Image, depth: Image | None = None, least: Image | float = 0.0
+) -> NDArray[np.bool_]:
     """(h, w) pixels that see something else than the prediction: far from it in one piece, beside an image that agrees.
 
     Args:
         measured, predicted: (h, w) depth [m], NaN where there is none.
         depth: (h, w) [m] of what stands there, where it is not what is predicted: a range that wraps is short.
+        least: (h, w) [m] by which pixels must be off: what a rounding does to them.
     """
     off = measured - predicted
     seen = np.isfinite(off)
@@ -43,7 +47,7 @@ def foreign(measured: Image, predicted: Image, depth: Image | None = None) -> ND
         return seen
     away = np.abs(off - np.median(off[seen]))
     # as most of the image is off: where more than half of it is not as predicted, nothing stands out
-    beyond = seen & (away > decisions.FAR * robust_std(off[seen]))
+    beyond = seen & (away > np.fmax(decisions.FAR * robust_std(off[seen]), least))
     with np.errstate(invalid="ignore"):
         pieces = binary_opening(beyond & (away > FAR * (predicted if depth is None else depth)), iterations=2)
     if not pieces.any():
@@ -54,9 +58,14 @@ def foreign(measured: Image, predicted: Image, depth: Image | None = None) -> ND
 
 @dataclass(frozen=True, eq=False)
 class Stays:
-    """What stays where it is in frames (n, h, w) [m], in some of which something passes before it."""
+    """What stays where it is in frames (n, h, w) [m], in some of which something passes before it.
+
+    Attributes:
+        step: (h, w) [m], from a depth (h, w) [m], that rounding does not make of one and the same.
+    """
 
     frames: NDArray[np.floating]
+    step: Callable[[Image], Image | float] = lambda depth: 0.0
 
     @cached_property
     def depth(self) -> Image:
@@ -80,7 +89,7 @@ class Stays:
         """(h, w) pixels of a frame [m] before which something passes: nearer in one piece, beyond noise."""
         with np.errstate(invalid="ignore"):
             nearer = self.depth - frame
-            pieces = nearer > FAR * self.depth
+            pieces = nearer > np.fmax(FAR * self.depth, self.step(self.depth))
             pieces = binary_opening(pieces, iterations=2) if pieces.any() else pieces
             if pieces.any():  # its noise takes far longer to find, and single pixels are far off everywhere
                 pieces = binary_opening(pieces & (nearer > decisions.FAR * self.noise), iterations=2)
@@ -96,7 +105,7 @@ def outliers_of(observations: "Observations") -> list[OutlyingRecording]:
         name = patch.block.stage.recording.path.name
         if patch.block.passed:
             out[name] = f"somebody or something passes in {patch.block.passed} of its frames; left out of them"
-        where = foreign(patch.block.mean, patch.predicted, patch.depth)
+        where = foreign(patch.block.mean, patch.predicted, patch.depth, patch.next_level)
         where = where if where.any() else near
         if where.any():
             off = np.nanmedian((patch.block.mean - patch.predicted)[where])

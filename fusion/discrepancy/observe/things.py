@@ -71,8 +71,10 @@ class _Seen:
         seen = np.isfinite(self.off)
         if not seen.any():
             return
+        # neighbours on two levels of a rounding are one step apart, with an outline as sharp as a thing's
         with np.errstate(invalid="ignore"):
-            beyond = np.abs(self.off) > decisions.FAR * robust_std(self.off[seen])
+            least = np.abs(self.patch.next_level * self.patch.native)
+            beyond = np.abs(self.off) > np.fmax(decisions.FAR * robust_std(self.off[seen]), least)
         every, count = label(binary_opening(beyond, iterations=2))
         for number in range(1, count + 1):
             piece = every == number
