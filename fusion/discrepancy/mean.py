@@ -6,8 +6,9 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import ndtri
 
-from fusion.discrepancy.decisions import LARGEST_SET, NOISE_ALONE, SURE
+from fusion.discrepancy.decisions import CONFIDENCE, LARGEST_SET, NOISE_ALONE, SURE
 from fusion.discrepancy.held_out import HeldOut, held_out_of
 from fusion.discrepancy.inference.tile_covariance import MeasuredTiles, TileCovariance
 from fusion.discrepancy.naming.naming import Named, name_effects, suggested, unconfirmed
@@ -81,6 +82,7 @@ class MeanFindings:
         """True where the model with all that is established leaves noise, or little of what there was beyond noise.
 
         A law that is said of a part of the data must leave noise: else the part is drawn about what was not understood.
+        Noise is as large as it is stated; where nothing follows any variable, as large as its grain may be.
         One without a name, beside a camera file that is wrong, may be the rest of its lens: to more than first order,
         or in more numbers than are known of it.
         """
@@ -90,7 +92,8 @@ class MeanFindings:
         left = self.named.white - (self.beyond.law.footprint if self.beyond is not None and established else 0.0)
         before, after = (float(white @ white / len(white)) for white in (self.seen.white, left))
         bounded = any(step.candidate.where for step in self.named.steps)
-        return after <= NOISE_ALONE or (not bounded and after - 1.0 <= UNKNOWN_SHARE * (before - 1.0))
+        noise = NOISE_ALONE * (1.0 if self.left.gain > 0 else _grain_doubt(self.named.sensor))
+        return after <= noise or (not bounded and after - 1.0 <= UNKNOWN_SHARE * (before - 1.0))
 
     @property
     def unconfirmed(self) -> "MeanFindings":
@@ -120,6 +123,16 @@ class MeanFindings:
             [s for s in self.named.steps if (s.effect.name in wide) == is_wide] for is_wide in (False, True)
         )
         return replace(self, named=replace(self.named, steps=tuple(steps), likely=(*others, *self.named.likely)))
+
+
+def _grain_doubt(sensor: Sensor) -> float:
+    """How many times the variance of a tile that is stated its grain may make, by what size and window are known to."""
+    doubts = [0.0]
+    for effect in sensor.effects:
+        if effect.frozen == "scene":
+            known = [(float(getattr(effect, name)), sensor.std.get((effect.name, name), 0.0)) for name in effect.grain]
+            doubts.append(float(np.hypot.reduce([2.0 * float(np.max(std)) / size for size, std in known if size > 0])))
+    return 1.0 + float(ndtri(CONFIDENCE)) * max(doubts)
 
 
 def explained_mean(seen: MeasuredForms, sensor: Sensor) -> MeanFindings:

@@ -5,8 +5,8 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import brentq
 
-from fusion.discrepancy.observe.frames import local_mean
 from fusion.geometry.camera import Camera
 from fusion.sensor.effect import Effect
 from fusion.sensor.sensor import Sensor
@@ -15,6 +15,8 @@ from fusion.sensor.view import Image, View
 STEP = 12**0.5  # over the spread of what rounding to it loses
 HIDDEN = 0.46  # of a step: noise that leaves a two-hundredth of it, which is a tenth of that noise in a square's mean
 NEXT_LEVEL = 1.5  # steps: more than one, which is as far as rounding moves a pixel, and fewer than two
+STEPS = 4.0  # that an image must go over, so that their places count alike (guess)
+ENDS = (0.05, 0.95)  # of its pixels, between which it does
 MOVED = 0.1  # of a step: about as far as a law that is looked for moves what is rounded
 
 
@@ -45,8 +47,8 @@ class Unrounded:
         """From the prediction of a sensor without its rounding and the measured spread `std` (h, w) [m]."""
         with np.errstate(all="ignore"):
             step = np.asarray(STEP * rounding.noise(mean, view))
-            turned = (std / step) ** 2
-            spread = np.fmin(sigma / step, _before(np.where(np.isfinite(turned), local_mean(turned), np.nan)))
+            spread = sigma / step
+            spread = spread * _shown(spread, (std / step) ** 2, mean / step)
             frozen = [effect.noise(mean, view) ** 2 for effect in sensor.effects if effect.frozen == "scene"]
             return cls(rounding, mean, step, spread, np.sqrt(sum(frozen, np.zeros(()))) / step)
 
@@ -73,10 +75,28 @@ class Unrounded:
             return np.nan_to_num((high - low) / (2 * MOVED * self.step), nan=1.0)
 
 
-def _before(variance: Image) -> Image:
-    """Spread, in steps, of the noise before a rounding behind which frames scatter with a variance, over all phases."""
-    spread = np.linspace(0.0, 1.0, 101)
+def _shown(spread: Image, variance: Image, phase: Image) -> float:
+    """Share of a model's spread (h, w) that frames show which scatter with a variance (h, w), at most 1; all in steps.
+
+    Amid a step they scatter by nothing, and beside its edge far more: of many steps all places count alike, and of few
+    nobody knows how near their edges are.
+    """
+    known = np.isfinite(spread) & np.isfinite(variance) & np.isfinite(phase)
+    if not known.any() or np.ptp(np.quantile(phase[known], ENDS)) < STEPS:
+        return 1.0
+    stated, seen = spread[known], float(np.mean(variance[known]))
+
+    def missing(share: float) -> float:
+        return float(np.mean(_behind(share * stated))) - seen
+
+    if missing(1.0) <= 0.0 or missing(0.0) >= 0.0:
+        return 1.0 if missing(1.0) <= 0.0 else 0.0
+    return float(brentq(missing, 0.0, 1.0, xtol=1e-3))
+
+
+def _behind(spread: Image) -> Image:
+    """Variance behind a rounding of noise before it, over all phases; all in steps."""
+    size = np.linspace(0.0, 1.0, 101)
     k = np.arange(1, 50)[:, None]
-    behind = spread**2 + 1 / 12 - (np.exp(-((2 * np.pi * k * spread) ** 2)) / (2 * (np.pi * k) ** 2)).sum(axis=0)
-    far = np.sqrt(np.maximum(variance - 1 / 12, 0.0))
-    return np.where(variance > behind[-1], far, np.interp(variance, behind, spread))
+    behind = size**2 + 1 / 12 - (np.exp(-((2 * np.pi * k * size) ** 2)) / (2 * (np.pi * k) ** 2)).sum(axis=0)
+    return np.where(spread < 1.0, np.interp(spread, size, behind), spread**2 + 1 / 12)

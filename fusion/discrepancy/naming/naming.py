@@ -112,6 +112,10 @@ def _grown(fit: PartsFit, candidates: Sequence[Candidate], more: float = REGION_
         if len({part.name for part in (*fit.parts, found.part)}) > MOST_NAMES:
             break
         larger = _with(fit, found, candidates) if found.established else None
+        if larger is None and found.established:
+            # a wave beside another may have explained what its period would, were it linear in that
+            own = best_part(open_to, fit.observations, fit.covariance, *partial_residual(fit, None, held=True), more)
+            larger = _with(fit, own, candidates) if own is not None and own.established else None
         if larger is None:
             passed_over.add(found.part.name)  # in full, or in new recordings, it does not help
             likely = likely or _told_of(fit, found, open_to)

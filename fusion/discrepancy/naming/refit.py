@@ -45,10 +45,14 @@ class PartsFit:
         return np.asarray(self.columns.T @ self.columns + np.diag(self.prior + RIDGE * np.maximum(power, 1e-300)))
 
 
-def partial_residual(fit: PartsFit, k: int | None) -> Aim:
-    """What stays to be explained beside the parts (without part k), and the residual there (with part k's share)."""
+def partial_residual(fit: PartsFit, k: int | None, held: bool = False) -> Aim:
+    """What stays to be explained beside the parts (without part k), and the residual there (with part k's share).
+
+    Args:
+        held: shapes of the parts stay as they are; else they may give way, as far as they are linear.
+    """
     rest = [i for i in range(len(fit.parts)) if i != k]
-    shapes = [fit.columns[:, fit.places[i][1]] for i in rest]
+    shapes = [np.zeros((len(fit.white), 0)) if held else fit.columns[:, fit.places[i][1]] for i in rest]
     space = space_beside([fit.parts[i] for i in rest], shapes, len(fit.white))
     residual = fit.white if k is None else fit.white + fit.parts[k].footprint
     return Aim(space, np.asarray(space.of(residual)))
@@ -63,6 +67,7 @@ def refitted(
         most: cost above which the fit is of no use: it ends where nothing says that it comes so far.
     """
     fit = _fit(tuple(parts), observations, covariance)
+    fit = _weighed(fit) if len(parts) > 1 else fit
     for _ in range(STEPS if parts else 0):
         weights = np.concatenate([np.append(p.weights, np.zeros(len(shapes_of(p)))) for p in fit.parts])
         slope = fit.columns.T @ fit.white - fit.prior * weights
@@ -77,6 +82,16 @@ def refitted(
         if gained < ENOUGH:
             break
     return fit
+
+
+def _weighed(fit: PartsFit) -> PartsFit:
+    """The fit with the best weights for its shapes: a new part was weighed beside others that could still move."""
+    own = np.concatenate([np.arange(len(fit.prior))[place] for place, _ in fit.places])
+    weights, slope = np.zeros(len(fit.prior)), fit.columns.T @ fit.white
+    weights[own] = np.concatenate([part.weights for part in fit.parts])
+    change = np.zeros(len(fit.prior))
+    change[own] = np.linalg.solve(fit.normal[np.ix_(own, own)], (slope - fit.prior * weights)[own])
+    return _along(fit, change) or fit
 
 
 def shapes_of(part: EffectPart) -> list[str]:
