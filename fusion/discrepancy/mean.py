@@ -92,8 +92,9 @@ class MeanFindings:
         left = self.named.white - (self.beyond.law.footprint if self.beyond is not None and established else 0.0)
         before, after = (float(white @ white / len(white)) for white in (self.seen.white, left))
         bounded = any(step.candidate.where for step in self.named.steps)
-        noise = NOISE_ALONE * (1.0 if self.left.gain > 0 else _grain_doubt(self.named.sensor))
-        return after <= noise or (not bounded and after - 1.0 <= UNKNOWN_SHARE * (before - 1.0))
+        if after <= NOISE_ALONE or (not bounded and after - 1.0 <= UNKNOWN_SHARE * (before - 1.0)):
+            return True
+        return self.left.gain <= 0 and after <= NOISE_ALONE * _grain_doubt(self.named.sensor)
 
     @property
     def unconfirmed(self) -> "MeanFindings":

@@ -13,7 +13,7 @@ from fusion.discrepancy.naming import heterogeneity
 from fusion.discrepancy.naming.effect_part import EffectPart
 from fusion.discrepancy.naming.established import is_faint, weak_of
 from fusion.discrepancy.naming.naming import _of_one_region, name_effects
-from fusion.discrepancy.naming.refit import refitted
+from fusion.discrepancy.naming.refit import partial_residual, refitted
 from fusion.discrepancy.naming.search.bounds import _beside_best
 from fusion.discrepancy.naming.search.candidates import Candidate, candidate_of, candidates_of
 from fusion.discrepancy.naming.search.region import confined, second_cause
@@ -234,6 +234,25 @@ def test_waves_of_one_effect_share_one_region():
     parts = [EffectPart(far, np.ones(2)), EffectPart(wave, np.ones(2))]
     assert [part.candidate.where for part in _of_one_region(parts, fit)] == [(), ()]
     assert [part.candidate.where for part in _of_one_region(parts[:1], fit)] == [far.where]
+
+
+def test_a_wave_beside_another_is_asked_for_with_its_period_free_and_held():
+    """What a period that moves would explain is linear in it near by only: far from there it is none of the two."""
+    sensor = sensor_of(TOF)
+    observations = observe(sensor, looks_at(sensor_of(TOF, CyclicError(amplitude=0.01, period=0.5)), 0))
+    covariance = covariance_of(observations)
+    every = candidates_of(observations, covariance)
+    wave, other = (
+        next(c for c in every if c.name == "cyclic_error" and c.form.fixed["period"] > p) for p in (0.4, 1.0)
+    )
+    fit = refitted([EffectPart(wave, np.array([10.0, 1.0]))], observations, covariance)
+    shapes = fit.columns[:, fit.places[0][1]]
+    left = [np.linalg.norm(partial_residual(fit, None, held).space.of(shapes)) for held in (False, True)]
+    assert left[0] < 1e-3 * left[1]
+    # where a new wave is weighed for another one's place, all of them are weighed first
+    pairs = [refitted([*fit.parts, EffectPart(other, np.full(2, x))], observations, covariance) for x in (0.0, 300.0)]
+    near, far = (float(pair.white @ pair.white) for pair in pairs)
+    assert far == pytest.approx(near, rel=0.01)
 
 
 @pytest.mark.slow
