@@ -112,9 +112,10 @@ def _grown(fit: PartsFit, candidates: Sequence[Candidate], more: float = REGION_
         if len({part.name for part in (*fit.parts, found.part)}) > MOST_NAMES:
             break
         larger = _with(fit, found, candidates) if found.established else None
-        if larger is None and found.established:
+        waves = [c for c in open_to if c.name == found.part.name]
+        if larger is None and found.established and found.part.name in {part.name for part in fit.parts}:
             # a wave beside another may have explained what its period would, were it linear in that
-            own = best_part(open_to, fit.observations, fit.covariance, *partial_residual(fit, None, held=True), more)
+            own = best_part(waves, fit.observations, fit.covariance, *partial_residual(fit, None, held=True), more)
             larger = _with(fit, own, candidates) if own is not None and own.established else None
         if larger is None:
             passed_over.add(found.part.name)  # in full, or in new recordings, it does not help
