@@ -1,7 +1,7 @@
 """Unrounded: what a sensor rounds, how large its steps are, and how much of a change is seen behind them."""
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ STEP = 12**0.5  # over the spread of what rounding to it loses
 HIDDEN = 0.46  # of a step: noise that leaves a two-hundredth of it, which is a tenth of that noise in a square's mean
 NEXT_LEVEL = 1.5  # steps: more than one, which is as far as rounding moves a pixel, and fewer than two
 STEPS = 4.0  # that an image must go over, so that their places count alike (guess)
+SOME = 5000  # of its pixels are enough for that
 ENDS = (0.05, 0.95)  # of its pixels, between which it does
 MOVED = 0.1  # of a step: about as far as a law that is looked for moves what is rounded
 
@@ -81,22 +82,29 @@ def _shown(spread: Image, variance: Image, phase: Image) -> float:
     Amid a step they scatter by nothing, and beside its edge far more: of many steps all places count alike, and of few
     nobody knows how near their edges are.
     """
-    known = np.isfinite(spread) & np.isfinite(variance) & np.isfinite(phase)
-    if not known.any() or np.ptp(np.quantile(phase[known], ENDS)) < STEPS:
+    known = np.flatnonzero(np.isfinite(spread) & np.isfinite(variance) & np.isfinite(phase))
+    known = known[:: max(1, len(known) // SOME)]
+    if not len(known) or np.ptp(np.quantile(phase.flat[known], ENDS)) < STEPS:
         return 1.0
-    stated, seen = spread[known], float(np.mean(variance[known]))
+    stated, seen = np.broadcast_to(spread, phase.shape).flat[known], float(np.mean(variance.flat[known]))
 
     def missing(share: float) -> float:
         return float(np.mean(_behind(share * stated))) - seen
 
-    if missing(1.0) <= 0.0 or missing(0.0) >= 0.0:
-        return 1.0 if missing(1.0) <= 0.0 else 0.0
-    return float(brentq(missing, 0.0, 1.0, xtol=1e-3))
+    if missing(1.0) <= 0.0:
+        return 1.0
+    return 0.0 if missing(0.0) >= 0.0 else float(brentq(missing, 0.0, 1.0, xtol=1e-3))
 
 
 def _behind(spread: Image) -> Image:
     """Variance behind a rounding of noise before it, over all phases; all in steps."""
-    size = np.linspace(0.0, 1.0, 101)
-    k = np.arange(1, 50)[:, None]
-    behind = size**2 + 1 / 12 - (np.exp(-((2 * np.pi * k * size) ** 2)) / (2 * (np.pi * k) ** 2)).sum(axis=0)
+    size, behind = _table()
     return np.where(spread < 1.0, np.interp(spread, size, behind), spread**2 + 1 / 12)
+
+
+@cache
+def _table() -> NDArray[np.float64]:
+    """(2, k) spreads below a step, and the variances behind it."""
+    size, k = np.linspace(0.0, 1.0, 101), np.arange(1, 50)[:, None]
+    behind = size**2 + 1 / 12 - (np.exp(-((2 * np.pi * k * size) ** 2)) / (2 * (np.pi * k) ** 2)).sum(axis=0)
+    return np.stack([size, behind])

@@ -1,7 +1,7 @@
 """Naming: which effects, added to the model, explain the residual; each must pay, replicate and fit."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ from fusion.discrepancy.naming.established import LIKELY, gain_of, is_faint, wea
 from fusion.discrepancy.naming.refit import PartsFit, partial_residual, refitted
 from fusion.discrepancy.naming.search.candidates import Candidate, candidate_of
 from fusion.discrepancy.naming.search.models import rearranged, score_of
-from fusion.discrepancy.naming.search.review import reviewed
+from fusion.discrepancy.naming.search.review import in_region, reviewed
 from fusion.discrepancy.naming.search.step import REGION_GAIN, NextPart, best_part
 from fusion.discrepancy.observe.frame_block import FrameBlock
 from fusion.discrepancy.observe.observations import Observations
@@ -61,7 +61,7 @@ def name_effects(
     fit, likely = _grown(refitted((), observations, covariance), candidates)
     if any(part.candidate.where for part in fit.parts):
         # what a first part cannot explain alone, as several waves, it may fit best in a part of the data
-        parts = [_everywhere(part, fit) for part in fit.parts]
+        parts = [in_region(part, (), fit) for part in fit.parts]
         wide = _grown(refitted(parts, observations, covariance), candidates)
         if score_of(wide[0]) > score_of(fit) + SURE:
             fit, likely = wide
@@ -137,7 +137,7 @@ def _in_regions(candidates: Sequence[Candidate], fit: PartsFit) -> list[Candidat
     regions = {part.name: part.candidate.where for part in fit.parts}
     return [
         one
-        if (where := regions.get(one.name, one.where)) == one.where
+        if (where := regions.get(one.name, ())) == one.where
         else candidate_of(fit.observations, fit.covariance, one.form, where)
         for one in candidates
     ]
@@ -148,13 +148,7 @@ def _of_one_region(parts: Sequence[EffectPart], fit: PartsFit) -> list[EffectPar
     regions: dict[str, set[tuple[Bound, ...]]] = {}
     for part in parts:
         regions.setdefault(part.name, set()).add(part.candidate.where)
-    return [_everywhere(part, fit) if len(regions[part.name]) > 1 else part for part in parts]
-
-
-def _everywhere(part: EffectPart, fit: PartsFit) -> EffectPart:
-    if not part.candidate.where:
-        return part
-    return replace(part, candidate=candidate_of(fit.observations, fit.covariance, part.candidate.form))
+    return [in_region(part, (), fit) if len(regions[part.name]) > 1 else part for part in parts]
 
 
 def unconfirmed(named: Named, observations: Observations, white: Vector) -> Named:

@@ -46,7 +46,7 @@ def _edged(fit: PartsFit) -> PartsFit:
         measured = MeasuredTiles(fit.observations, fit.covariance)
         moved = tweaked(part.candidate, bound, values[bound.variable], measured, aim)
         weights = scored(moved, aim.space.of(moved.white), aim.target).weights
-        parts = [_in_region(one, moved.where, fit) if one.name == part.name else one for one in fit.parts]
+        parts = [in_region(one, moved.where, fit) if one.name == part.name else one for one in fit.parts]
         parts[k] = EffectPart(moved, weights)
         better = refitted(parts, fit.observations, fit.covariance)
         if better.white @ better.white < fit.white @ fit.white:
@@ -54,7 +54,10 @@ def _edged(fit: PartsFit) -> PartsFit:
     return fit
 
 
-def _in_region(part: EffectPart, where: tuple[Bound, ...], fit: PartsFit) -> EffectPart:
+def in_region(part: EffectPart, where: tuple[Bound, ...], fit: PartsFit) -> EffectPart:
+    """A part of a fit within other bounds; without any, everywhere."""
+    if part.candidate.where == where:
+        return part
     return replace(part, candidate=candidate_of(fit.observations, fit.covariance, part.candidate.form, where))
 
 
