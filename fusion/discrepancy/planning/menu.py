@@ -159,3 +159,5 @@ MENU = (
         10.0, False, _rolled,
     ),
 )  # fmt: skip
+
+QUICKEST = tuple(sorted(MENU, key=lambda choice: (not choice.switch, choice.minutes)))  # where one is enough

@@ -14,7 +14,9 @@ from fusion.discrepancy.observe.stage import KnownScene
 from fusion.discrepancy.planning.menu import Choice, Setup
 from fusion.geometry.camera import Camera, Principle
 from fusion.geometry.pose import Array
+from fusion.sensor.effect import Effect
 from fusion.sensor.moment import Moment
+from fusion.sensor.parameter import parameters
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import View
 from fusion.simulation.rendering.exposure import whole_mesh
@@ -23,6 +25,8 @@ from fusion.simulation.scene.scene import Scene
 
 FRAMES = 10
 MOST_TILES = 700  # how clearly something would show is asked, and not where
+SMALL_PX = 160  # width of images in which it is asked whether anything changes at all
+NOTHING = 1e-8  # [m], [px] what the rays' arithmetic in single precision makes of no change
 
 
 @dataclass(frozen=True)
@@ -47,6 +51,12 @@ class Planned:
     def covariance(self) -> TileCovariance:
         return covariance_of(self.observations)
 
+    def changes_with(self, effects: Sequence[Effect]) -> bool:
+        """True where any of these effects changes anything."""
+        with np.errstate(all="ignore"):
+            columns = np.nan_to_num(self.observations.columns(effects), posinf=0, neginf=0)
+        return bool(np.abs(columns).max(initial=0.0) > NOTHING)
+
 
 @dataclass
 class MenuViews:
@@ -56,6 +66,14 @@ class MenuViews:
     sensor: Sensor
     _casters: dict[int, tuple[Scene, RayCaster]] = field(default_factory=dict)
     _seen: dict[tuple[int, bytes], View] = field(default_factory=dict)
+
+    def small(self) -> "MenuViews":
+        """The same scenes in small images, without what the sensor has of each pixel; itself where its images are."""
+        if self.camera.width <= SMALL_PX:
+            return self
+        height = max(round(self.camera.height * SMALL_PX / self.camera.width), 1)
+        smooth = tuple(effect for effect in self.sensor.effects if not _of_each_pixel(effect))
+        return MenuViews(self.camera.resized(SMALL_PX, height), replace(self.sensor, effects=smooth))
 
     def of(self, scene: Scene, pose: Array) -> View:
         """As the effects of the sensor may ask of it; a scene that is made anew is another one."""
@@ -68,6 +86,10 @@ class MenuViews:
             channels = replace(wanted_channels(baseline, indirect), motion=False)
             self._seen[key] = self._casters[id(scene)][1].view(self.camera, pose, channels)
         return self._seen[key]
+
+
+def _of_each_pixel(effect: Effect) -> bool:
+    return any(about.kind == "map" for about in parameters(effect).values())
 
 
 def planned(choice: Choice, like: Sequence[FrameBlock], views: MenuViews) -> Planned | None:
