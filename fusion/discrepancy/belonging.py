@@ -80,10 +80,11 @@ def _bow(block: FrameBlock) -> float | None:
         A, b = rows[inside].astype(float), off[inside]
         if len(b) < FEWEST:
             return None
-        fit, *_ = np.linalg.lstsq(A, b, rcond=None)
+        inverse = np.linalg.pinv(A.T @ A)  # four numbers from all pixels of an image
+        fit = inverse @ (A.T @ b)
         left = off - rows @ fit
         usual = max(robust_std(left[inside]), 1e-9)
-        std = usual * np.sqrt(np.linalg.pinv(A.T @ A)[3, 3])
+        std = usual * np.sqrt(inverse[3, 3])
         inside = np.isfinite(off) & (np.abs(left) < FAR * usual)
     return float(fit[3]) if std < SURE else None
 

@@ -27,9 +27,8 @@ def beside_setting(mean: MeanFindings, stated: MeasuredForms, sensor: Sensor) ->
         sensor: the given model.
     """
     # in stated errors, and in those that follow no law: what these do hides a wrong camera
-    free = min(
-        (without_laws(one.observations, one.covariance) for one in (stated, mean.seen)), key=lambda one: one.cost
-    )
+    units = (stated,) if mean.seen is stated else (stated, mean.seen)
+    free = min((without_laws(one.observations, one.covariance) for one in units), key=lambda one: one.cost)
     if mean.claims and _may_pose_as_laws(free, mean):
         mean = likeliest([mean, _again(mean, stated, free, sensor)])
     beside = *_beside_parts(mean, stated.observations.sensor), *_beside_plainer(mean)
