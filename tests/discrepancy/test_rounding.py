@@ -43,6 +43,20 @@ def test_what_is_known_exactly_is_rounded_as_predicted(sensor):
     assert np.abs(rounding_covariance(observations, *np.zeros((2, n, n)))).max() < 1e-15
 
 
+@pytest.mark.parametrize("sensor", COARSE, ids=lambda sensor: sensor.principle)
+def test_noise_that_is_larger_than_stated_smooths_the_steps_as_far_as_it_is_doubted(sensor):
+    """What the mean changes by noise that is a tenth larger, along the one direction that the covariance has for it."""
+    louder = {"c0": 1.1 * sensor.effects[0].c0, "sigma_px": 1.1 * sensor.effects[0].sigma_px}
+    other = replace(sensor, effects=(replace(sensor.effects[0], **louder), *sensor.effects[1:]))
+    blocks = [replace(block, std=np.full_like(block.std, np.nan)) for block in looks_at(sensor, 1)]
+    observations = observe(sensor, blocks)
+    n = len(observations.residual)
+    changed = observations.residual - observations.under(other).residual
+    total = rounding_covariance(observations, *np.zeros((2, n, n)), doubt=0.1)
+    assert np.sqrt(np.diag(total)) == pytest.approx(np.abs(changed), abs=0.2 * np.abs(changed).max())
+    assert np.linalg.matrix_rank(total, tol=1e-6 * np.linalg.norm(total)) == 1
+
+
 def test_noise_that_is_large_beside_the_step_hides_it():
     dithered = replace(COARSE[0], effects=(AxialNoise(sigma_px=0.1), DepthQuantization(step_px=0.125)))
     observations = observe(dithered, looks_at(dithered, 1))

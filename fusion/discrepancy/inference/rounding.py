@@ -18,10 +18,15 @@ SAME = 16  # power of a correlation of patterns: only squares that see the very 
 HARMONICS = 12  # of a saw-tooth: what the others leave out is a hundredth of a step
 FAINT = 1e-3  # of a step: harmonics that noise has faded so far are none
 ORDERS = 40  # of a correlation: what tiles share beyond is next to nothing, and counts as each one's own
+# share of the noise before a rounding to which it is known: steps hide most of it, and what differs from stated noise by
+# a few frames' chance is not told (guess)
+DOUBT = 0.25
 NOTHING = 1e-8  # of a step, or of the size of an error: what it adds to a covariance is the square of it
 
 
-def rounding_covariance(observations: Observations, before: Matrix, patterns: Matrix, law: float = 0.0) -> Matrix:
+def rounding_covariance(
+    observations: Observations, before: Matrix, patterns: Matrix, law: float = 0.0, doubt: float = 0.0
+) -> Matrix:
     """(n, n) what rounding adds, in native units, to the covariance of errors that happen before it.
 
     A mean over frames of noise sigma is x + sum over k of Im p, p = (-1)^k exp(2 pi i k x - 2 (pi k sigma)^2) / (pi k),
@@ -32,12 +37,17 @@ def rounding_covariance(observations: Observations, before: Matrix, patterns: Ma
         patterns: (n, n) part of it that jumps between pixels.
         law: by how much a law that nobody knows yet moves what is rounded, in native units. What is linear in it is no
             error; what is not, tiles of a recording share.
+        doubt: share of the noise before the rounding to which it is known.
     """
     total = np.zeros_like(before)
     parts = side_by_side(_waves, observations.patches)
-    turns, waves, broken = (np.concatenate(own) for own in zip(*parts, strict=True))
+    turns, waves, spread, broken = (np.concatenate(own) for own in zip(*parts, strict=True))
     if not np.any(waves):
         return total
+    # each harmonic fades with the square of the noise that is not known exactly: in all recordings alike
+    fades = (2 * np.pi * np.arange(1, HARMONICS + 1) * spread[:, None]) ** 2
+    faded = doubt * (fades * waves.imag).sum(axis=1)
+    total += np.outer(faded, faded)
     for rows, patch in observations.rows():
         for effect in patch.sensor.effects:
             if effect.frozen == "scene" and patch.unrounded is not None:
@@ -123,14 +133,15 @@ def _height(patch: Patch, spread: Image, k: int) -> Image:
     return np.asarray(patch.unrounded.step * np.abs(patch.native) * faded)
 
 
-def _waves(patch: Patch) -> tuple[Vector, Phasors, Vector]:
-    """(n,) [rad] that the first harmonic of a tile turns per native unit, (n, k) its means of p, (n,) what jumps add.
+def _waves(patch: Patch) -> tuple[Vector, Phasors, Vector, Vector]:
+    """Of each tile (n,): [rad] that its first harmonic turns per native unit, its means of p (n, k), what smooths them
+    [steps], and what jumps add.
 
     Waves of a slope cancel within a square, but for a part of one where the pattern of the unit jumps in it.
     """
     unrounded, n = patch.unrounded, len(patch.tiles)
     if unrounded is None:
-        return np.ones(n), np.zeros((n, HARMONICS), complex), np.zeros(n)
+        return np.ones(n), np.zeros((n, HARMONICS), complex), np.zeros(n), np.zeros(n)
     with np.errstate(all="ignore"):
         waves, broken, jumps = np.zeros((n, HARMONICS), complex), np.zeros(n), any(unknown_patterns(patch.sensor))
         phase = unrounded.mean / unrounded.step
@@ -145,4 +156,5 @@ def _waves(patch: Patch) -> tuple[Vector, Phasors, Vector]:
             if jumps:
                 part = np.minimum(1.0 / (2 * np.pi * k * slope), 0.5)
                 broken += patch.tiles.mean((height * part) ** 2)
-    return 2 * np.pi / step, waves, broken
+        spread = patch.tiles.mean(unrounded.smoothed)
+    return 2 * np.pi / step, waves, spread, broken

@@ -13,7 +13,7 @@ from scipy.linalg.lapack import dpotri
 from fusion.discrepancy.inference.camera_file import camera_columns
 from fusion.discrepancy.inference.covariance import drifting, grain, neighbours
 from fusion.discrepancy.inference.own_pattern import own_patterns
-from fusion.discrepancy.inference.rounding import rounding_covariance
+from fusion.discrepancy.inference.rounding import DOUBT, rounding_covariance
 from fusion.discrepancy.inference.shapes import mesh_columns, shape_covariance
 from fusion.discrepancy.inference.surroundings import surroundings_columns
 from fusion.discrepancy.observe.observations import Observations, Patch
@@ -101,7 +101,7 @@ def covariance_of(observations: Observations) -> TileCovariance:
     total += common @ common.T
     # as far as tiles are off at all: of the tiles near a step as many change to the next as a law moves its edge
     law = float(np.mean(np.abs(observations.residual)))
-    total += noise + rounding_covariance(observations, total, patterns, law)
+    total += noise + rounding_covariance(observations, total, patterns, law, DOUBT)
     return TileCovariance(cholesky(total, lower=True, overwrite_a=True, check_finite=False), free, known)
 
 
