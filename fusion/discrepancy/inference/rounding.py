@@ -18,9 +18,7 @@ SAME = 16  # power of a correlation of patterns: only squares that see the very 
 HARMONICS = 12  # of a saw-tooth: what the others leave out is a hundredth of a step
 FAINT = 1e-3  # of a step: harmonics that noise has faded so far are none
 ORDERS = 40  # of a correlation: what tiles share beyond is next to nothing, and counts as each one's own
-# share of the noise before a rounding to which it is known: steps hide most of it, and what differs from stated noise by
-# a few frames' chance is not told (guess)
-DOUBT = 0.25
+DOUBT = 0.25  # share of the noise before a rounding to which it is known, of which the steps hide most (guess)
 NOTHING = 1e-8  # of a step, or of the size of an error: what it adds to a covariance is the square of it
 
 
