@@ -32,6 +32,9 @@ class Parameter:
     label: str = ""  # the name in files and verdicts; two parameters may share it where the unit tells which is meant
     # values that a search for an unknown effect goes through, for a shape that no linear fit can find
     search: tuple[float, ...] = ()
+    # values from which a fit begins of a shape that the search leaves as it is: it is asked for where the effect with
+    # it would explain what else takes a second effect
+    release: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -55,6 +58,7 @@ def parameter(
     kind: str = "number",
     label: str = "",
     search: tuple[float, ...] = (),
+    release: tuple[float, ...] = (),
 ) -> Any:
     """A dataclass field of an effect; its default is the neutral value.
 
@@ -64,7 +68,7 @@ def parameter(
     """
     usual = typical if typical is not None else (neutral or 0.1 * bounds[1])
     about = {"unit": unit, "neutral": neutral, "low": bounds[0], "high": bounds[1], "meaning": meaning}
-    about |= {"source": source, "typical": usual, "group": group, "kind": kind, "search": search}
+    about |= {"source": source, "typical": usual, "group": group, "kind": kind, "search": search, "release": release}
     return field(default=neutral, metadata={"about": (about, label)})
 
 

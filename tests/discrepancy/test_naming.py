@@ -331,3 +331,18 @@ def test_a_region_is_told_by_what_lies_outside_it(outside, told):
 def test_a_law_that_depends_on_what_bounds_its_region_needs_no_second_cause(kind, variable, costs):
     form = next(f for f in forms_of(kind, (8, 8)))
     assert bool(second_cause(Candidate(form, np.zeros((1, 1)), np.zeros((1, 1)), (Bound(variable, 10.0),)))) == costs
+
+
+@pytest.mark.parametrize(
+    ("principle", "hidden"),
+    [
+        (LIGHT, TemperatureDrift(coefficient_px=0.01, reference_temperature=35.0)),
+        (TOF, TemperatureDrift(coefficient=-0.001, reference_temperature=30.0)),
+    ],
+)
+def test_a_drift_whose_zero_is_at_another_temperature_is_one_effect(principle, hidden):
+    """It is no drift with an offset, and none of the late frames alone."""
+    steps = named(principle, hidden)[0].steps
+    assert [step.effect.name for step in steps] == ["temperature_drift"]
+    assert not steps[0].candidate.where
+    assert steps[0].effect.reference_temperature == pytest.approx(hidden.reference_temperature, abs=1.5)

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.observe.frame_block import FrameBlock
-from fusion.discrepancy.observe.interior import interior
+from fusion.discrepancy.observe.interior import interior, reach
 from fusion.discrepancy.observe.observations import Observations, Patch
 from fusion.discrepancy.observe.tiles import tiling
 from fusion.sensor.effect import Effect
@@ -82,7 +82,8 @@ def validity_of_rims(sensor: Sensor, patches: Sequence[Patch]) -> Validity | Non
     used = []
     for patch in patches:
         view = replace(sensor.seen(patch.block.view), lit=None)
-        near = np.zeros(patch.depth.shape, bool) if view.edges is None else view.edges.distance < RIM_PX
+        rim = reach(RIM_PX, view.camera.width)
+        near = np.zeros(patch.depth.shape, bool) if view.edges is None else view.edges.distance < rim
         used.append((view, np.isfinite(patch.depth) & near))
     return _validity(sensor, patches, used, FINER)
 

@@ -14,7 +14,7 @@ from fusion.discrepancy.naming.established import LIKELY, gain_of, is_faint, wea
 from fusion.discrepancy.naming.refit import PartsFit, partial_residual, refitted
 from fusion.discrepancy.naming.search.candidates import Candidate, candidate_of
 from fusion.discrepancy.naming.search.models import rearranged, score_of
-from fusion.discrepancy.naming.search.review import in_region, reviewed
+from fusion.discrepancy.naming.search.review import in_region, released, reviewed
 from fusion.discrepancy.naming.search.step import REGION_GAIN, NextPart, best_part
 from fusion.discrepancy.observe.frame_block import FrameBlock
 from fusion.discrepancy.observe.observations import Observations
@@ -72,7 +72,7 @@ def name_effects(
     other = rearranged(fit, candidates, MOST_NAMES)
     if other is not fit:
         fit, likely = _grown(other, candidates)
-    fit, fallen = _within_bounds(fit)
+    fit, fallen = _within_bounds(released(fit))
     likely = likely or (judged_next(fit, fallen, candidates) if fallen else None)
     steps = judged(fit, candidates)
     while poorer := _poorer(fit, steps):

@@ -95,13 +95,12 @@ def _weighed(fit: PartsFit) -> PartsFit:
 
 
 def shapes_of(part: EffectPart) -> list[str]:
-    """Names of the searched shapes of a part that are numbers above 0."""
+    """Names of the searched or released shapes of a part that are numbers above 0."""
     form = part.candidate.form
     about = parameters(form.kind)
     used = {about[name].group for atom in form.atoms for name in atom}
-    return [
-        name for name, value in form.fixed.items() if about[name].search and value > 0 and about[name].group in used
-    ]
+    free = {name for name in form.fixed if about[name].search or about[name].release}
+    return [name for name, value in form.fixed.items() if name in free and value > 0 and about[name].group in used]
 
 
 def _fit(parts: tuple[EffectPart, ...], observations: Observations, covariance: TileCovariance) -> PartsFit:

@@ -15,7 +15,7 @@ from fusion.discrepancy.observe.interior import interior
 from fusion.discrepancy.observe.outliers import foreign
 from fusion.discrepancy.observe.placements import views_of
 from fusion.discrepancy.observe.things import things
-from fusion.discrepancy.observe.tiles import SIDE_PX, Tiling, tiling
+from fusion.discrepancy.observe.tiles import Tiling, tiling, usual_side
 from fusion.recording.ahead import side_by_side
 from fusion.sensor.effect import Effect
 from fusion.sensor.parameter import parameters
@@ -214,16 +214,17 @@ def observe(sensor: Sensor, blocks: Sequence[FrameBlock], most: int | None = Non
     most = most or MOST_TILES
     many = {block.place for block in blocks if sum(other.place == block.place for other in blocks) > SERIES}
     seen = [_patch(sensor, block) for block in blocks]
+    usual = usual_side(blocks[0].mean.shape)
     usable = [_usable(patch) & ~strange for patch, strange in zip(seen, things(seen), strict=True)]
     patches = [replace(p, tiles=tiling(inside)) for p, inside in zip(seen, usable, strict=True)]
     if many and sum(len(patch.tiles) for patch in patches) > most // 4:  # of a small thing fewer would be none
-        sides = [SIDE_PX * (1 + (block.place in many)) for block in blocks]
+        sides = [usual * (1 + (block.place in many)) for block in blocks]
         patches = [replace(p, tiles=tiling(u, side)) for p, u, side in zip(seen, usable, sides, strict=True)]
-    start, side, count = patches, SIDE_PX, sum(len(patch.tiles) for patch in patches)
+    start, side, count = patches, usual, sum(len(patch.tiles) for patch in patches)
     while count > most and side < LARGEST_PX:
         # no larger than they must be: what swings within a tile is not seen
         side = min(max(side + 1, int(side * np.sqrt(count / most))), LARGEST_PX)
-        patches = [replace(p, tiles=tiling(p.tiles.label >= 0, p.tiles.side // SIDE_PX * side)) for p in start]
+        patches = [replace(p, tiles=tiling(p.tiles.label >= 0, p.tiles.side // usual * side)) for p in start]
         count = sum(len(patch.tiles) for patch in patches)
     return Observations(sensor, tuple(patches))
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation, binary_opening, binary_propagation
 
 from fusion.discrepancy import decisions
+from fusion.discrepancy.observe.interior import reach
 from fusion.discrepancy.observe.things import RIM_PX, things
 from fusion.geometry.robust import MAD_TO_STD, robust_std
 from fusion.sensor.view import Image
@@ -53,7 +54,11 @@ def foreign(
     if not pieces.any():
         return pieces
     # a floor meets its wall, and a thing its ground: it is one piece down to where it can no more be told from them
-    return np.asarray(binary_dilation(binary_propagation(pieces, mask=beyond), iterations=RIM_PX))
+    return np.asarray(binary_dilation(binary_propagation(pieces, mask=beyond), iterations=_rim(pieces)))
+
+
+def _rim(pieces: NDArray[np.bool_]) -> int:
+    return round(reach(RIM_PX, pieces.shape[1]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +98,7 @@ class Stays:
             pieces = binary_opening(pieces, iterations=2) if pieces.any() else pieces
             if pieces.any():  # its noise takes far longer to find, and single pixels are far off everywhere
                 pieces = binary_opening(pieces & (nearer > decisions.FAR * self.noise), iterations=2)
-        return np.asarray(binary_dilation(pieces, iterations=RIM_PX) if pieces.any() else pieces)
+        return np.asarray(binary_dilation(pieces, iterations=_rim(pieces)) if pieces.any() else pieces)
 
 
 def outliers_of(observations: "Observations") -> list[OutlyingRecording]:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from fusion.discrepancy.inference.covariance import neighbours
 from fusion.discrepancy.observe.frame_block import FrameBlock
-from fusion.discrepancy.observe.tiles import SIDE_PX
+from fusion.discrepancy.observe.tiles import usual_side
 from fusion.geometry.pose import Array, angle, inverse
 from fusion.sensor.view import Image
 
@@ -62,7 +62,7 @@ def _one_placement(one: FrameBlock, other: FrameBlock) -> bool:
     noise = _variance(one) + _variance(other)
     seen = np.isfinite(apart) & np.isfinite(noise)
     count, squares, variance = (_squares(np.where(seen, image, 0.0)) for image in (np.ones(seen.shape), apart, noise))
-    full = count > SIDE_PX**2 / 2
+    full = count > usual_side(one.mean.shape) ** 2 / 2
     if np.count_nonzero(full) < FEWEST:
         return False
     chi2 = (squares[full] / count[full]) ** 2 / (variance[full] / count[full] ** 2 + FLOOR_M**2)
@@ -75,14 +75,15 @@ def _variance(block: FrameBlock) -> Image:
     known = block.std[np.isfinite(block.std)]
     usual = float(np.mean(known**2)) if len(known) else 0.0
     with np.errstate(all="ignore"):
-        shared = 1.0 if block.alike is None else neighbours(block.alike, SIDE_PX)
+        shared = 1.0 if block.alike is None else neighbours(block.alike, usual_side(block.mean.shape))
         return np.asarray(shared * np.where(block.std > 0, block.std**2, usual) / np.maximum(block.count, 1))
 
 
 def _squares(image: NDArray[np.float64]) -> NDArray[np.float64]:
     """(k,) sums over squares of the image."""
-    h, w = (size // SIDE_PX * SIDE_PX for size in image.shape)
-    return np.asarray(image[:h, :w].reshape(h // SIDE_PX, SIDE_PX, -1, SIDE_PX).sum(axis=(1, 3)).ravel())
+    side = usual_side(image.shape)
+    h, w = (size // side * side for size in image.shape)
+    return np.asarray(image[:h, :w].reshape(h // side, side, -1, side).sum(axis=(1, 3)).ravel())
 
 
 def views_of(poses: Sequence[Array]) -> list[int]:

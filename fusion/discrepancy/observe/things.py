@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation, binary_opening, label
 
 from fusion.discrepancy import decisions
-from fusion.discrepancy.observe.interior import interior
+from fusion.discrepancy.observe.interior import interior, reach
 from fusion.geometry.robust import robust_std
 from fusion.sensor.view import Image
 from fusion.sensor.where import VARIABLES
@@ -93,7 +93,7 @@ def things(patches: Sequence["Patch"]) -> list[Mask]:
     for seen, mask in zip(every, out, strict=True):
         for piece in seen.pieces():
             if not _lawful(seen, piece, every):
-                mask |= binary_dilation(piece, iterations=RIM_PX)
+                mask |= binary_dilation(piece, iterations=round(reach(RIM_PX, seen.patch.view.camera.width)))
     return out
 
 

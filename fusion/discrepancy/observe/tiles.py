@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from fusion.sensor.view import Image
 
 SIDE_PX = 16
+FEWEST = 6  # side by side over the width of an image: the few pixels of a small one see as much as its squares
 LEAST_SHARE = 0.3  # of a tile's pixels that must be usable
 
 
@@ -45,9 +46,15 @@ class Tiling:
         return used[np.argsort(number, kind="stable")], np.append(0, ends)[:-1]
 
 
-def tiling(usable: NDArray[np.bool_], side: int = SIDE_PX) -> Tiling:
-    """Squares of `side` px with enough usable pixels (h, w)."""
+def usual_side(shape: tuple[int, ...]) -> int:
+    """Side [px] of the squares of an image (h, w)."""
+    return min(SIDE_PX, max(1, shape[1] // FEWEST))
+
+
+def tiling(usable: NDArray[np.bool_], side: int | None = None) -> Tiling:
+    """Squares of `side` px, usual ones where nothing is said, with enough usable pixels (h, w)."""
     height, width = usable.shape
+    side = side or usual_side(usable.shape)
     across = -(-width // side)
     tile = (np.arange(height) // side)[:, None] * across + (np.arange(width) // side)[None, :]
     count = np.bincount(tile[usable], minlength=int(tile.max()) + 1)

@@ -1,19 +1,21 @@
 """Review: after each acceptance, regions get their best edges, and every name is tried against its rivals."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from fusion.discrepancy.decisions import SURE
+from fusion.discrepancy.decisions import NOTICED, SURE
 from fusion.discrepancy.inference.tile_covariance import MeasuredTiles
 from fusion.discrepancy.naming.effect_part import EffectPart
 from fusion.discrepancy.naming.refit import PartsFit, partial_residual, refitted
 from fusion.discrepancy.naming.search.bounds import tweaked
 from fusion.discrepancy.naming.search.candidates import Candidate, candidate_of
+from fusion.discrepancy.naming.search.models import score_of
 from fusion.discrepancy.naming.search.region import region_variables
 from fusion.discrepancy.naming.search.score import scored
 from fusion.discrepancy.naming.search.step import scores
+from fusion.sensor.parameter import Parameter, parameters
 from fusion.sensor.where import Bound
 
 ROUNDS = 2
@@ -59,6 +61,39 @@ def in_region(part: EffectPart, where: tuple[Bound, ...], fit: PartsFit) -> Effe
     if part.candidate.where == where:
         return part
     return replace(part, candidate=candidate_of(fit.observations, fit.covariance, part.candidate.form, where))
+
+
+def released(fit: PartsFit) -> PartsFit:
+    """The fit with a shape of one part set free in place of another part or of its region, if that contradicts nothing.
+
+    A drift whose zero lies at another temperature is one effect, and neither one with an offset nor one of late frames.
+    """
+    fewer = [one for k in range(len(fit.parts)) for one in _with_free_shape(fit, k)]
+    sound = [one for one in fewer if not any(part.at_bound(fit.observations) for part in one.parts)]
+    best = max(sound, key=score_of, default=fit)
+    return best if score_of(best) > score_of(fit) - NOTICED else fit
+
+
+def _with_free_shape(fit: PartsFit, k: int) -> Iterator[PartsFit]:
+    """Fits with a shape of part k set free, and without its region, another part, or both."""
+    part = fit.parts[k]
+    others = [other for other in fit.parts if other.name != part.name]
+    for name, about in parameters(part.candidate.form.kind).items():
+        for start in about.release if _may_be_set_free(part, about) else ():
+            form = replace(part.candidate.form, fixed={**part.candidate.form.fixed, name: start})
+            for where in dict.fromkeys([(), part.candidate.where]):
+                free = candidate_of(fit.observations, fit.covariance, form, where)
+                weights = scored(free, free.white, fit.white + part.footprint).weights
+                for dropped in (*(other for other in others if not other.size), None):
+                    if dropped is not None or where != part.candidate.where:
+                        rest = [one for one in fit.parts if one is not part and one is not dropped]
+                        yield refitted([*rest, EffectPart(free, weights)], fit.observations, fit.covariance)
+
+
+def _may_be_set_free(part: EffectPart, about: Parameter) -> bool:
+    """True of a shape that belongs to what was fitted of a part and stands at its neutral value."""
+    form, known = part.candidate.form, parameters(part.candidate.form.kind)
+    return about.name not in form.fixed and about.group in {known[name].group for atom in form.atoms for name in atom}
 
 
 def _swapped(fit: PartsFit, candidates: Sequence[Candidate]) -> PartsFit | None:

@@ -39,7 +39,7 @@ class TemperatureDrift(Effect):
         label="coefficient",
     )
     reference_temperature: Value = parameter(
-        "degC", (0, 50), "where there is no error", "usual room", "kelvin", neutral=25.0
+        "degC", (0, 50), "where there is no error", "usual room", "kelvin", neutral=25.0, release=(15.0, 35.0)
     )
     amplitude: Value = parameter(
         "m", (-0.2, 0.2), "change of the length from cold to warm", WARM_UP, "warm-up", typical=0.005
