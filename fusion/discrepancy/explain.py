@@ -214,7 +214,7 @@ def _with_covariance(stated: MeasuredForms) -> list[MeasuredForms]:
         seen = MeasuredForms.of(seen.blocks, before, covariance_of(before))
     if seen is stated:
         return [stated]
-    if seen.observations.loose.pose > 1.0:  # their errors are larger than was taken for likely
+    if seen.observations.loose.poses > 1.0:  # their errors are larger than was taken for likely
         blocks = tuple(at_likely_poses(seen.blocks, seen.observations, seen.covariance))
         seen = replace(seen, blocks=blocks, observations=seen.observations.seen_again(blocks))
     return [stated, seen]

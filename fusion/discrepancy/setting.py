@@ -11,7 +11,7 @@ from fusion.discrepancy.inference.covariance import BENDS_M
 from fusion.discrepancy.inference.loose import Loose
 from fusion.discrepancy.inference.shapes import mesh_columns, room_columns, shape_columns
 from fusion.discrepancy.inference.sizes import independent, sizes_of
-from fusion.discrepancy.inference.tile_covariance import TileCovariance, covariance_of, pose_columns
+from fusion.discrepancy.inference.tile_covariance import TileCovariance, covariance_of, frame_columns, pose_columns
 from fusion.discrepancy.observe.observations import Observations
 
 Matrix = NDArray[np.float64]
@@ -36,7 +36,8 @@ def with_laws(observations: Observations, covariance: TileCovariance, gain: floa
 
 def setting_parts(observations: Observations, covariance: TileCovariance) -> list[Matrix]:
     """What poses, mesh, camera file and shapes may move, each as columns (n, k), whitened; whatever laws there are."""
-    own = np.column_stack(pose_columns(observations)), mesh_columns(observations), camera_columns(observations)
+    poses = np.column_stack(pose_columns(observations)), frame_columns(observations)
+    own = *poses, mesh_columns(observations), camera_columns(observations)
     bends = (*shape_columns(observations), *room_columns(observations))
     return [independent(covariance.whiten(part)) if np.any(part) else part for part in (*own, *bends)]
 
@@ -54,10 +55,10 @@ def without_laws(
     white = covariance.whiten(observations.residual)
     parts = setting_parts(observations, covariance) if parts is None else parts
     # as `_cost` has it: parts in their order
-    unusual = [0.0, 1.0, 1.0, *[USUAL_SHAPE_M**-2] * (len(parts) - 3)]
-    more, mesh, camera, *bent = np.sqrt(sizes_of(white, parts, len(white), unusual).variances).tolist()
+    unusual = [0.0, 0.0, 1.0, 1.0, *[USUAL_SHAPE_M**-2] * (len(parts) - 4)]
+    more, frames, mesh, camera, *bent = np.sqrt(sizes_of(white, parts, len(white), unusual).variances).tolist()
     own, common = tuple(bent[: len(BENDS_M)]), tuple(bent[len(BENDS_M) :])
-    loose = Loose(pose=float(np.hypot(1.0, more)), shape=own, room=common, mesh=mesh, camera=camera)
+    loose = Loose(pose=float(np.hypot(1.0, more)), shape=own, room=common, mesh=mesh, camera=camera, frames=frames)
     if loose == Loose():
         return Explained(observations, covariance, _cost(observations, covariance))
     looser = replace(observations, loose=observations.loose.with_more(loose))
@@ -73,5 +74,5 @@ def posterior(laws: Explained, setting: Explained) -> float:
 def _cost(observations: Observations, covariance: TileCovariance) -> float:
     white, loose = covariance.whiten(observations.residual), observations.loose
     # what was stated, and what is usual where nothing was, is likelier: a factor of e, a millimetre, a percent
-    before = float(np.log(loose.pose)) ** 2 + (loose.bent / USUAL_SHAPE_M) ** 2 + loose.mesh**2 + loose.camera**2
+    before = float(np.log(loose.poses)) ** 2 + (loose.bent / USUAL_SHAPE_M) ** 2 + loose.mesh**2 + loose.camera**2
     return float(white @ white) + 2 * float(np.log(np.diag(covariance.root)).sum()) + before

@@ -37,6 +37,17 @@ def worse_posed(sensor, seed):
     ]
 
 
+def moving(sensor, seed):
+    """Blocks of two recordings of a camera that moves, whose every pose is off as far as is stated."""
+    walls = [(1.0 + 0.1 * k, 5.0 * (k % 5) - 10.0, 4.0 * (k % 3) - 4.0) for k in range(16)]
+    out = []
+    for k, block in enumerate(looks_at(sensor, seed, walls)):
+        T = np.eye(4)
+        T[0, 3] = 0.05 * k
+        out.append(replace(block, T_world_camera=T, stage=SimpleNamespace(**{**vars(block.stage), "place": k // 8})))
+    return out
+
+
 def bowed(seed, said=None):
     """Blocks at walls that are each bowed in its own way, of which nothing is said."""
     rng, out = np.random.default_rng([seed, 5]), []
@@ -45,6 +56,19 @@ def bowed(seed, said=None):
         stage = SimpleNamespace(**{**vars(block.stage), "mesh_sigma_m": said, "shape": f"wall {k}"})
         out.append(replace(block, mean=block.mean + BOW_M * field / field.std(), stage=stage))
     return out
+
+
+def test_each_view_of_a_moving_camera_has_an_error_of_its_own():
+    assert 0.7 < loose_in(moving(sensor_of("itof"), 1)).frames < 1.4
+    still = [replace(block, T_world_camera=np.eye(4)) for block in moving(sensor_of("itof"), 1)]
+    assert loose_in(still).frames == 0.0
+
+
+@pytest.mark.parametrize(("hidden", "name"), [((), None), ((DepthOffset(offset=0.004),), "depth_offset")])
+def test_what_a_moving_camera_lacks_is_told_beside_the_errors_of_its_views(hidden, name):
+    found = explained_looks(moving(sensor_of("itof", *hidden), 2), sensor_of("itof"))
+    assert [step.effect.name for step in found.named.steps] == ([name] if name else [])
+    assert not found.unknown
 
 
 def test_the_factor_on_stated_poses_is_found():

@@ -121,7 +121,7 @@ def places_of(observations: Observations) -> EdgePlaces | None:
         first.setdefault(view if single else patch.block.place, patch)
     every = (one for one in map(rims_of, first.values()) if one is not None)
     rims = tuple(one for one in every if np.max(one.shaken) < MOST_SHAKEN_PX)
-    return EdgePlaces(rims, observations.loose.pose) if rims else None
+    return EdgePlaces(rims, observations.loose.poses) if rims else None
 
 
 def shown_at_edges(observations: Observations) -> set[str]:

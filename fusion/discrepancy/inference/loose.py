@@ -25,6 +25,12 @@ class Loose:
     room: tuple[float, ...] = NONE
     mesh: float = 0.0  # by how much all meshes are larger or smaller and set off, over what is usual
     camera: float = 0.0  # by how much the camera file is wrong, over what is usual
+    frames: float = 0.0  # by how much poses of a moving camera are off in each view for itself, over what was stated
+
+    @property
+    def poses(self) -> float:
+        """By how much poses are worse than stated, of recordings and of each view for itself."""
+        return float(np.hypot(self.pose, self.frames))
 
     @property
     def bent(self) -> float:
@@ -42,4 +48,5 @@ class Loose:
             tuple(np.hypot(self.room, found.room).tolist()),
             float(np.hypot(self.mesh, found.mesh)),
             float(np.hypot(self.camera, found.camera)),
+            float(np.hypot(self.frames, found.frames)),
         )

@@ -13,7 +13,7 @@ from fusion.discrepancy.inference.loose import Loose
 from fusion.discrepancy.inference.shapes import room_columns, shape_columns
 from fusion.discrepancy.inference.sizes import sizes_of
 from fusion.discrepancy.inference.spreads import Left, Spreads, likeliest
-from fusion.discrepancy.inference.tile_covariance import TileCovariance, drift_columns, pose_columns
+from fusion.discrepancy.inference.tile_covariance import TileCovariance, drift_columns, frame_columns, pose_columns
 from fusion.discrepancy.naming.effect_part import FIELD
 from fusion.discrepancy.naming.evidence import inflation
 from fusion.discrepancy.naming.search.candidates import Candidate
@@ -47,14 +47,14 @@ def loose_of(
     alone = len(np.unique(observations.place)) < 2  # it may be off as a law has it
 
     poses, drift = np.column_stack(pose_columns(observations)), drift_columns(observations)
-    parts = [poses, drift, *shape_columns(observations), *room_columns(observations)]
+    parts = [poses, drift, frame_columns(observations), *shape_columns(observations), *room_columns(observations)]
     found = sizes_of(white, [beside_laws(covariance, basis, columns) for columns in parts], len(white) - basis.shape[1])
-    more, drifting, *bends = np.sqrt(found.variances).tolist()
+    more, drifting, frames, *bends = np.sqrt(found.variances).tolist()
     own, common = tuple(bends[: len(BENDS_M)]), tuple(bends[len(BENDS_M) :])
-    smooth = Loose(0.0, 0.0 if alone else drifting, (), float(np.hypot(1.0, more)), own, common)
+    smooth = Loose(0.0, 0.0 if alone else drifting, (), float(np.hypot(1.0, more)), own, common, frames=frames)
     if found.noise < MUCH:
         return smooth
-    if more or smooth.bent:
+    if more or frames or smooth.bent:
         return replace(smooth, drift=0.0)  # what is rough is looked at beside them
     rough = _spreads(observations, covariance, basis, white)
     return Loose(rough.scatter, 0.0 if alone else rough.drift, rough.uneven)

@@ -19,10 +19,10 @@ from fusion.discrepancy.inference.surroundings import surroundings_columns
 from fusion.discrepancy.observe.observations import Observations, Patch
 from fusion.discrepancy.observe.placements import FLOOR_M
 from fusion.sensor.effect import Effect
-from fusion.sensor.laws.surface import rigid_motions
 from fusion.sensor.parameter import parameters
 
 Vector = NDArray[np.float64]
+Matrix = NDArray[np.float64]
 
 # what the model of a tile leaves open, in native units, as that of a square
 FLOOR = {True: FLOOR_M, False: 7e-4}  # [m] time of flight, [px] triangulation
@@ -95,9 +95,10 @@ def covariance_of(observations: Observations) -> TileCovariance:
     loose, none = observations.loose, np.zeros((n, 0))
     wrong = loose.mesh * mesh_columns(observations) if loose.mesh else none
     other = loose.camera * camera_columns(observations) if loose.camera else none
+    frames = loose.frames * frame_columns(observations) if loose.frames else none
     patterns = own_patterns(observations)
     total += patterns
-    common = np.column_stack([*pose_columns(observations), wrong, other, known, around])
+    common = np.column_stack([*pose_columns(observations), frames, wrong, other, known, around])
     total += common @ common.T
     # as far as tiles are off at all: of the tiles near a step as many change to the next as a law moves its edge
     law = float(np.mean(np.abs(observations.residual)))
@@ -190,12 +191,32 @@ def _shake_columns(observations: Observations) -> Iterator[Vector]:
             yield from (size * column for size, column in zip(sizes, columns, strict=True))
 
 
+def frame_columns(observations: Observations) -> Matrix:
+    """(n, k) the same of the pose that each view of a moving camera has for itself; none of cameras that stood still."""
+    columns = [np.zeros((len(observations.residual), 0))]
+    for place in np.unique(observations.place):
+        views: list[list[tuple[slice, Patch]]] = []
+        for one in observations.rows():
+            if one[1].block.place != place:
+                continue
+            own = next((view for view in views if _still(view[0][1], one[1])), None)
+            if own is None:
+                views.append([one])
+            else:
+                own.append(one)
+        for view in views if len(views) > 1 else ():
+            stage = view[0][1].block.stage
+            moved = np.stack(_moved(view, len(observations.residual)), axis=1)
+            columns.append(moved * np.repeat([stage.sigma_rad, stage.sigma_m], 3))
+    return np.concatenate(columns, axis=1)
+
+
 def _moved(patches: Sequence[tuple[slice, Patch]], n: int) -> list[Vector]:
     """Six columns (n,): all that patches show turned about each axis by a radian, and shifted along it by a metre."""
     columns = [np.zeros(n) for _ in range(6)]
     for rows, patch in patches:
-        for column, change in zip(columns, rigid_motions(patch.depth, patch.view), strict=True):
-            column[rows] = patch.tiles.mean(change * patch.native)
+        for column, change in zip(columns, patch.motions, strict=True):
+            column[rows] = change
     return columns
 
 

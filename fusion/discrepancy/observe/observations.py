@@ -18,6 +18,7 @@ from fusion.discrepancy.observe.things import things
 from fusion.discrepancy.observe.tiles import Tiling, tiling, usual_side
 from fusion.recording.ahead import side_by_side
 from fusion.sensor.effect import Effect
+from fusion.sensor.laws.surface import rigid_motions
 from fusion.sensor.parameter import parameters
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import Image, View
@@ -109,6 +110,11 @@ class Patch:
         (n,) of pixels where both are."""
         sound = np.isfinite(self.block.std) & np.isfinite(self.sigma)
         return np.where(sound, self.native**2, 0.0), np.maximum(self.tiles.mean(sound.astype(float)), 1e-9)
+
+    @cached_property
+    def motions(self) -> NDArray[np.float64]:
+        """(6, n) native units: all that is seen turned about each axis by a radian, and shifted along it by a metre."""
+        return np.stack([self.tiles.mean(change * self.native) for change in rigid_motions(self.depth, self.view)])
 
     def under(self, sensor: Sensor) -> "Patch":
         """The same tiles, in the same units, under another sensor model."""

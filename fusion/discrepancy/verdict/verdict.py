@@ -103,7 +103,7 @@ def nuisances_of(found: Explanation) -> Nuisances:
     pulled = found.covariance.pulled(found.white_left)
     scale, off = mesh_off(found.before, pulled)
     return Nuisances(
-        pose_factor=loose.pose,
+        pose_factor=loose.poses,
         shape_rms_m=bent_m(found.before, pulled),
         mesh_scale=scale,
         mesh_off_m=off,
