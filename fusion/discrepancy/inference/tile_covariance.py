@@ -192,7 +192,7 @@ def _shake_columns(observations: Observations) -> Iterator[Vector]:
 
 
 def frame_columns(observations: Observations) -> Matrix:
-    """(n, k) the same of the pose that each view of a moving camera has for itself; none of cameras that stood still."""
+    """(n, k) the same of the pose that each view of a moving camera has for itself; none of ones that stood still."""
     columns = [np.zeros((len(observations.residual), 0))]
     for place in np.unique(observations.place):
         views: list[list[tuple[slice, Patch]]] = []
