@@ -1,10 +1,13 @@
 """Competing: laws against a setting that is only worse than stated, all of them together and each beside the others."""
 
-from collections.abc import Iterator, Set
+from collections.abc import Iterator, Sequence, Set
 from dataclasses import replace
 from itertools import combinations
 
-from fusion.discrepancy.decisions import CONFIDENCE, LARGEST_SET
+import numpy as np
+
+from fusion.discrepancy.decisions import CONFIDENCE, LARGEST_SET, SURE
+from fusion.discrepancy.inference.scatter import spanned
 from fusion.discrepancy.mean import MeanFindings, MeasuredForms, explained_mean, likeliest
 from fusion.discrepancy.naming.effect_part import EffectPart, is_field
 from fusion.discrepancy.naming.refit import partial_residual, refitted
@@ -14,6 +17,22 @@ from fusion.discrepancy.naming.search.step import scores
 from fusion.discrepancy.observe.likely_pose import at_likely_poses
 from fusion.discrepancy.setting import Explained, posterior, setting_parts, with_laws, without_laws
 from fusion.sensor.sensor import Sensor
+
+
+def in_likeliest_errors(ways: Sequence[MeasuredForms], sensor: Sensor) -> MeanFindings:
+    """What the mean depth says, of errors as stated and ones that fit better the likelier way.
+
+    As stated it is not asked for where all laws there are, and everything smooth, could not make it the likelier one.
+    """
+    stated, found = ways[0], explained_mean(ways[-1], sensor)
+    if len(ways) == 1:
+        return found
+    basis, own = spanned(stated.candidates, stated.groups), found.seen
+    if basis is not None:
+        most = with_laws(stated.observations, stated.covariance, float(np.sum((basis.T @ stated.white) ** 2)))
+        if most.cost > with_laws(own.observations, own.covariance, found.gain if found.claims else 0.0).cost + SURE:
+            return found
+    return likeliest([explained_mean(stated, sensor), found])
 
 
 def beside_setting(mean: MeanFindings, stated: MeasuredForms, sensor: Sensor) -> MeanFindings:

@@ -13,14 +13,14 @@ from fusion.discrepancy.channels.channel_step import ChannelStep
 from fusion.discrepancy.channels.channels import ChannelFindings, channels_of
 from fusion.discrepancy.channels.grain import as_given, with_grain
 from fusion.discrepancy.compared import Compared, compared
-from fusion.discrepancy.competing import beside_setting
+from fusion.discrepancy.competing import beside_setting, in_likeliest_errors
 from fusion.discrepancy.held_out import HeldOut
 from fusion.discrepancy.inference.loose import Loose
 from fusion.discrepancy.inference.scatter import loose_of
 from fusion.discrepancy.inference.shaking import SHAKES, Shaking, shaking_of, steadied
 from fusion.discrepancy.inference.tile_covariance import TileCovariance, covariance_of
 from fusion.discrepancy.levels import at_levels
-from fusion.discrepancy.mean import MeanFindings, MeasuredForms, explained_mean, likeliest
+from fusion.discrepancy.mean import MeanFindings, MeasuredForms
 from fusion.discrepancy.naming.deviations import with_deviations
 from fusion.discrepancy.naming.naming import Named
 from fusion.discrepancy.naming.search.candidates import Candidate
@@ -190,7 +190,7 @@ def explained_looks(blocks: Sequence[FrameBlock], sensor: Sensor, told: tuple[Ch
         blocks = at_likely_poses(blocks, before, covariance)
         ways = _with_covariance(MeasuredForms.of(blocks, before.seen_again(blocks), covariance))
     with stage("naming"):
-        mean = beside_setting(likeliest([explained_mean(seen, grainy) for seen in ways]), ways[0], grainy).telling
+        mean = beside_setting(in_likeliest_errors(ways, grainy), ways[0], grainy).telling
     with stage("noise"):
         mean, grain = _judged(mean, sensor)
         first = (*told, *(() if shaking is None else (_shaken(shaking),)), *grain)

@@ -37,7 +37,7 @@ def loose_of(
     All forms and all smooth functions together are taken out first, so that nothing that could have a name is called
     scatter, drift, or an error of a pose; maps too, where there are recordings enough.
     """
-    basis = _spanned(candidates, groups)
+    basis = spanned(candidates, groups)
     if basis is None:
         return Loose()
     white = covariance.whiten(observations.residual)
@@ -83,7 +83,7 @@ def beside_laws(covariance: TileCovariance, basis: Vector, columns: Vector) -> V
     return np.asarray(left * (np.linalg.norm(left) > np.sqrt(FAINT) * np.linalg.norm(seen)))
 
 
-def _spanned(candidates: Sequence[Candidate], groups: Sequence[Group]) -> Vector | None:
+def spanned(candidates: Sequence[Candidate], groups: Sequence[Group]) -> Vector | None:
     """(n, r) orthonormal columns that span all forms and smooth functions; None where too little is left beside."""
     forms, smooth = [c.basis for c in candidates], [g.basis for g in groups]
     # few recordings: maps with a square for nearly every tile would follow anything; few tiles: so do smooth functions
