@@ -94,16 +94,26 @@ def _step(levels: Array, weight: Array) -> tuple[float, float] | None:
         return None
     kept = weight >= RARE * np.median(weight)
     levels = levels[kept]
-    gaps = np.diff(levels)
-    if len(gaps) < FEWEST_GAPS:
+    if len(levels) <= FEWEST_GAPS:
         return None
+    step = _even(levels, np.ones(len(levels) - 1))
+    if step is not None:
+        return float(0.5 * (levels[0] + levels[-1])), step
+    # coarse steps of a disparity grow within a window as they do beyond it
+    step = _even(-1.0 / levels, 1.0 / (levels[1:] * levels[:-1]))
+    return None if step is None else (float(np.sqrt(levels[0] * levels[-1])), step * levels[0] * levels[-1])
+
+
+def _even(levels: Array, count: Array) -> float | None:
+    """Step of levels (n,) that are evenly spaced but for a count (n - 1,) of the file; None of others."""
+    gaps = np.diff(levels)
     usual = float(np.median(gaps))
     # a gap of two steps is a level that did not occur; counts round a step of 2.6 to 2 or 3
     steps = np.maximum(np.rint(gaps / usual), 1.0)
-    uneven = np.abs(gaps - steps * usual) > np.maximum(0.2 * steps * usual, 1.01)
+    uneven = np.abs(gaps - steps * usual) > np.maximum(0.2 * steps * usual, 1.01 * count)
     if uneven.any() or (steps > MOST_STEPS).any() or (steps > 1).mean() > 0.3:
         return None
-    return float(0.5 * (levels[0] + levels[-1])), float(gaps.sum() / steps.sum())
+    return float(gaps.sum() / steps.sum())
 
 
 def _law(depth: Array, step: Array, unit: float) -> Quantization:

@@ -9,8 +9,10 @@ from made_up_walls import HEIGHT, WALLS, WIDTH, view_of
 from scipy.ndimage import gaussian_filter, median_filter
 
 from fusion.discrepancy.explain import explained_looks
+from fusion.discrepancy.inference.surroundings import surroundings_columns
 from fusion.discrepancy.observe.frame_block import FrameBlock
 from fusion.discrepancy.observe.frames import FrameSeries
+from fusion.discrepancy.observe.observations import observe
 from fusion.sensor.effects.light.stray_light import StrayLight
 from fusion.sensor.effects.readout.axial_noise import AxialNoise
 from fusion.sensor.effects.readout.depth_offset import DepthOffset
@@ -107,3 +109,13 @@ def test_an_offset_keeps_its_name_at_a_crease(filtered):
 def test_light_of_neighbours_keeps_its_name_beside_a_filter():
     (effect,) = found_in(corners(smooth, 1, StrayLight(fraction=0.2, width=8.0)))
     assert effect.name == "stray_light" and effect.width == pytest.approx(8.0, rel=0.3)
+
+
+@pytest.mark.parametrize(("shared", "some"), [(0.03, False), (0.3, True)])
+def test_neighbours_that_are_alike_by_chance_are_no_filter(shared, some):
+    """A few per cent, as few frames of few pixels have them, would be a window narrower than the pixel itself."""
+    block = corner_look(0, CORNERS[0], lambda image: image, 1)
+    alike = np.zeros_like(block.alike)
+    alike[:, 0], alike[:, 1] = 1.0, shared
+    seen = observe(Sensor("plain", "itof", (AxialNoise(c0=NOISE_M),)), [replace(block, alike=alike)])
+    assert bool(np.any(surroundings_columns(seen)[:, 1])) == some

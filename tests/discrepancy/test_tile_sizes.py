@@ -11,12 +11,13 @@ from fusion.discrepancy.inference.tile_covariance import covariance_of
 from fusion.discrepancy.naming.naming import name_effects
 from fusion.discrepancy.naming.search.candidates import candidates_of
 from fusion.discrepancy.observe import observations
-from fusion.discrepancy.observe.interior import EDGE_PX, reach
+from fusion.discrepancy.observe.interior import EDGE_PX, interior, reach
 from fusion.discrepancy.observe.observations import observe
 from fusion.discrepancy.observe.tiles import SIDE_PX, tiling, usual_side
 from fusion.geometry.camera import Camera
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects.readout.depth_scale import DepthScale
+from fusion.sensor.view import View
 
 
 def test_with_too_many_tiles_they_are_no_larger_than_they_must_be(monkeypatch):
@@ -61,6 +62,13 @@ def test_an_image_of_any_size_makes_tiles(width, height, tiles):
 @pytest.mark.parametrize(("width", "pixels"), [(640, 5.0), (100, 5.0), (32, 1.6), (8, 1.0)])
 def test_edges_reach_over_fewer_of_fewer_pixels(width, pixels):
     assert reach(EDGE_PX, width) == pytest.approx(pixels)
+
+
+@pytest.mark.parametrize(("width", "kept"), [(8, True), (64, False)])
+def test_where_every_pixel_sees_several_materials_print_is_no_edge(width, kept):
+    camera = Camera(width, width, width, width, width / 2, width / 2)
+    checkered = 0.2 + 0.6 * (np.indices((width, width)).sum(axis=0) % 2)
+    assert interior(View(camera, reflectance=checkered)).any() == kept
 
 
 @pytest.mark.parametrize(("hidden", "name"), [(DepthScale(scale=0.01), "depth_scale"), (None, None)])

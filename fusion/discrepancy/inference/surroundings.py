@@ -19,6 +19,7 @@ def surroundings_columns(observations: Observations) -> NDArray[np.float64]:
     units."""
     # one that keeps edges shows in the noise along a surface, and not down a steep one
     window = max(filter_window(patch.block.alike) for patch in observations.patches)
+    window = window if window > AREA else 0.0  # narrower than the pixel itself it is no filter, and neighbours' chance
     return np.concatenate([np.column_stack(_columns(patch, window)) for patch in observations.patches])
 
 
