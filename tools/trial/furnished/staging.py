@@ -104,7 +104,8 @@ def _placed(rng: Rng, spec: Spec, scene: Furnished, room: str) -> tuple[PlacedSc
     if spec.null == "bowed board":
         return bowed_board(rng, scene.parts, room == "living"), 1.0
     if spec.null == "poses noisier":
-        return PlacedScene(scene.parts, scene.parts, notes=["poses three times worse than stated"]), 3.0
+        notes = ["poses three times worse than stated"]
+        return PlacedScene(scene.parts, scene.parts, also=["pose_jitter"], notes=notes), 3.0
     notes = ["edges widened as stated, by a law of my own"] if spec.null == "stated fattening" else []
     return PlacedScene(scene.parts, scene.parts, notes=notes), 1.0
 
