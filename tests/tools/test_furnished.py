@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from tools.trial.furnished import making
+from tools.trial.furnished.check import checked
 from tools.trial.furnished.making import made
 from tools.trial.furnished.plan import Spec, plan
 from tools.trial.furnished.planted.catalogue import FLIGHT, MATCHING
@@ -70,6 +71,17 @@ def test_the_answer_is_not_in_the_case(case):
     assert {path.name for path in texts if path.suffix == ".json"} == {"camera.json", "scene.json", "sensor.json"}
     told = " ".join(path.read_text(encoding="utf-8") for path in texts)
     assert not [name for name in ("truth", "also_right", "disparity_offset", "nothing") if name in told]
+
+
+def test_its_own_reader_finds_what_is_told(case):
+    kind, out, _ = case
+    figures = checked(out, "case_000")
+    assert figures["valid"] > 0.9
+    if kind == "null":
+        # noise as told, but for what rounding adds; thousands of pixels
+        assert figures["spread"] == pytest.approx(1, abs=0.1)
+    else:
+        assert figures["slope"] == pytest.approx(1, abs=max(0.05, 5 * figures["slope_std"]))
 
 
 def test_a_case_that_was_made_is_kept(case):
