@@ -12,6 +12,7 @@ from fusion.discrepancy.belonging import refuse_ranges, refuse_strangers
 from fusion.discrepancy.channels.channel_step import ChannelStep
 from fusion.discrepancy.channels.channels import ChannelFindings, channels_of
 from fusion.discrepancy.channels.grain import as_given, with_grain
+from fusion.discrepancy.channels.lattice import lattice_steps
 from fusion.discrepancy.compared import Compared, compared
 from fusion.discrepancy.competing import beside_setting, in_likeliest_errors
 from fusion.discrepancy.held_out import HeldOut
@@ -182,6 +183,10 @@ def explained_looks(blocks: Sequence[FrameBlock], sensor: Sensor, told: tuple[Ch
             expected="20 or more",
             do="check the poses, the mesh and its unit with fusion info",
         )
+    stepped, steps = lattice_steps(before)
+    if any(step.established for step in steps):  # the values that occur tell it whatever else is missing
+        sensor, told = stepped, (*told, *steps)
+        before = observe(sensor, blocks)
     grainy, _ = with_grain(before)  # how far tiles may be off; what of it is grain is told beside the mean's laws
     if grainy is not sensor:
         before = before.under(grainy)

@@ -10,6 +10,7 @@ from made_up_walls import looks_at, sensor_of
 
 import fusion.discrepancy
 from fusion.discrepancy.channels.lattice import lattice_steps
+from fusion.discrepancy.explain import explained_looks
 from fusion.discrepancy.observe.observations import observe
 from fusion.geometry.camera import Camera
 from fusion.recording.open import open_recording
@@ -46,6 +47,16 @@ def test_steps_of_disparity_are_found(tmp_path):
     assert step.established and step.channel == "bias"
     # the file's millimetres round steps of 4 to 30 mm
     assert sensor.effect("depth_quantization").step_px == pytest.approx(STEP_PX, rel=0.05)
+
+
+def test_levels_of_an_unknown_rounding_are_no_grain_and_no_noise(tmp_path):
+    """They are told by the values that occur, before anything else is asked for."""
+    sensor, stages = sensor_of("structured_light"), observed(tmp_path, STEP_PX).patches
+    blocks = looks_at(sensor_of("structured_light", DepthQuantization(step_px=STEP_PX)), 1)[: len(stages)]
+    blocks = [replace(own, stage=patch.block.stage) for own, patch in zip(blocks, stages, strict=True)]
+    found = explained_looks(blocks, sensor)
+    told = [step.effect.name for step in found.channels.steps if step.established]
+    assert (told, found.named.steps, found.unknown) == (["depth_quantization"], (), False)
 
 
 def test_what_the_model_has_or_nobody_has_is_not_told(tmp_path):

@@ -26,6 +26,14 @@ def test_steps_of_triangulation_grow_with_the_square(step, scale):
     assert abs(found.value - step) < found.interval[1] - found.interval[0]
 
 
+@pytest.mark.parametrize("step", [0.0125, 0.018])
+def test_steps_so_coarse_that_they_grow_from_one_to_the_next(step):
+    """A dozen of them reach over a quarter of the distance, or over all of it."""
+    z = np.random.default_rng(0).uniform(1.0, 4.0, 100_000)
+    found = quantization_of([counts(triangulated(z, step), 10000)], 10000)
+    assert found.law == "z^2" and found.value == pytest.approx(step, rel=1e-3)
+
+
 def test_constant_steps():
     z = np.random.default_rng(0).uniform(0.8, 3.5, 100_000)
     found = quantization_of([counts(np.rint(z / 0.005) * 0.005, 1000)], 1000)

@@ -43,8 +43,9 @@ def size_of_step(found: Explanation, step: ChannelStep) -> Size:
         return _of(np.concatenate([np.abs(after - before)[np.isfinite(after - before)] for before, after in seen]))
     effect = step.effect
     assert effect is not None
-    # what the recordings told before any law: its law; else what errs by a spread and repeats, as rounding does
-    law = effect.bias if given.effect(effect.name) is effect else effect.noise
+    # what the recordings told before any law: its law; but what errs by a spread and repeats, as rounding does
+    told = given.effect(effect.name) is effect and not effect.lattice
+    law = effect.bias if told else effect.noise
     with np.errstate(all="ignore"):
         parts = [p.tiles.mean(np.broadcast_to(law(p.depth, p.view), p.depth.shape)) for p in patches]
     return _of(np.abs(np.concatenate(parts)))
