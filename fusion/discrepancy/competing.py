@@ -27,10 +27,10 @@ def in_likeliest_errors(ways: Sequence[MeasuredForms], sensor: Sensor) -> MeanFi
     stated, found = ways[0], explained_mean(ways[-1], sensor)
     if len(ways) == 1:
         return found
-    basis, own = spanned(stated.candidates, stated.groups), found.seen
+    basis = spanned(stated.candidates, stated.groups)
     if basis is not None:
         most = with_laws(stated.observations, stated.covariance, float(np.sum((basis.T @ stated.white) ** 2)))
-        if most.cost > with_laws(own.observations, own.covariance, found.gain if found.claims else 0.0).cost + SURE:
+        if most.cost > found.cost + SURE:
             return found
     return likeliest([explained_mean(stated, sensor), found])
 

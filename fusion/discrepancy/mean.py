@@ -78,6 +78,11 @@ class MeanFindings:
         return whole - sum(step.price for step in self.named.steps) + beyond
 
     @property
+    def cost(self) -> float:
+        """-2 log of the marginal likelihood of the recordings by laws and errors together."""
+        return with_laws(self.seen.observations, self.seen.covariance, self.gain if self.claims else 0.0).cost
+
+    @property
     def foresees(self) -> bool:
         """True where the model with all that is established leaves noise, or little of what there was beyond noise.
 
@@ -154,9 +159,7 @@ def likeliest(ways: Sequence[MeanFindings]) -> MeanFindings:
     """Of the same recordings with errors of several sizes the one that laws and errors together explain best."""
     if len(ways) == 1:
         return ways[0]
-    seen = [(mean.seen.observations, mean.seen.covariance, mean.gain if mean.claims else 0.0) for mean in ways]
-    costs = [with_laws(*one).cost for one in seen]
-    return ways[int(np.argmin(costs))]
+    return min(ways, key=lambda mean: mean.cost)
 
 
 def _completed(

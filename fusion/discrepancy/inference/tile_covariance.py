@@ -192,22 +192,16 @@ def _shake_columns(observations: Observations) -> Iterator[Vector]:
 
 
 def frame_columns(observations: Observations) -> Matrix:
-    """(n, k) the same of the pose that each view of a moving camera has for itself; none of ones that stood still."""
+    """(n, k) a column per view of a moving camera and direction: one standard deviation of an error of that pose alone;
+    none of cameras that stood still."""
+    views: dict[int, dict[bytes, list[tuple[slice, Patch]]]] = {}
+    for rows, patch in observations.rows():
+        pose = patch.block.T_world_camera.round(6).tobytes()
+        views.setdefault(patch.block.place, {}).setdefault(pose, []).append((rows, patch))
     columns = [np.zeros((len(observations.residual), 0))]
-    for place in np.unique(observations.place):
-        views: list[list[tuple[slice, Patch]]] = []
-        for one in observations.rows():
-            if one[1].block.place != place:
-                continue
-            own = next((view for view in views if _still(view[0][1], one[1])), None)
-            if own is None:
-                views.append([one])
-            else:
-                own.append(one)
-        for view in views if len(views) > 1 else ():
-            stage = view[0][1].block.stage
-            moved = np.stack(_moved(view, len(observations.residual)), axis=1)
-            columns.append(moved * np.repeat([stage.sigma_rad, stage.sigma_m], 3))
+    for view in (view for own in views.values() if len(own) > 1 for view in own.values()):
+        stage, moved = view[0][1].block.stage, _moved(view, len(observations.residual))
+        columns.append(np.column_stack(moved) * np.repeat([stage.sigma_rad, stage.sigma_m], 3))
     return np.concatenate(columns, axis=1)
 
 

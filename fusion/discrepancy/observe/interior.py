@@ -10,7 +10,7 @@ EDGE_PX = 5.0  # nearer to a depth edge a tile would mix two questions
 SMALL_PX = 100  # width of an image below which all that reaches over pixels reaches over fewer: each sees more
 STEEPEST = np.deg2rad(75.0)
 PRINT_PX = 2.0  # what a printed edge reaches over
-FEW_PX = 16  # width of an image whose every pixel sees several materials: only their mean counts there
+FEW_PX = 16  # width of an image below which every pixel sees several materials: only their mean counts there
 PRINT_EDGE = 0.25  # relative change of the amplitude to a neighbour: pixels there see two materials
 
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from fusion.sensor.view import Image
 
 SIDE_PX = 16
-FEWEST = 6  # side by side over the width of an image: the few pixels of a small one see as much as its squares
+ACROSS = 6  # or more of them over the width of an image: the few pixels of a small one see as much as its squares
 LEAST_SHARE = 0.3  # of a tile's pixels that must be usable
 
 
@@ -48,7 +48,7 @@ class Tiling:
 
 def usual_side(shape: tuple[int, ...]) -> int:
     """Side [px] of the squares of an image (h, w)."""
-    return min(SIDE_PX, max(1, shape[1] // FEWEST))
+    return min(SIDE_PX, max(1, shape[1] // ACROSS))
 
 
 def tiling(usable: NDArray[np.bool_], side: int | None = None) -> Tiling:

@@ -6,6 +6,7 @@ from functools import cached_property
 from typing import Any, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fusion.discrepancy.inference.tile_covariance import TileCovariance, covariance_of
 from fusion.discrepancy.observe.frame_block import FrameBlock, wanted_channels
@@ -51,11 +52,14 @@ class Planned:
     def covariance(self) -> TileCovariance:
         return covariance_of(self.observations)
 
+    def columns(self, effects: Sequence[Effect]) -> NDArray[np.float64]:
+        """(n, k) what each effect changes; 0 where its law has no value."""
+        with np.errstate(all="ignore"):
+            return np.nan_to_num(self.observations.columns(effects), posinf=0, neginf=0)
+
     def changes_with(self, effects: Sequence[Effect]) -> bool:
         """True where any of these effects changes anything."""
-        with np.errstate(all="ignore"):
-            columns = np.nan_to_num(self.observations.columns(effects), posinf=0, neginf=0)
-        return bool(np.abs(columns).max(initial=0.0) > NOTHING)
+        return bool(np.abs(self.columns(effects)).max(initial=0.0) > NOTHING)
 
 
 @dataclass

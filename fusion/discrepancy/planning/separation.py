@@ -55,8 +55,7 @@ def parting(claimed: Claimed, rivals: Iterable[Candidate], plan: Planned) -> Par
     length = max(float(np.linalg.norm(target)), 1e-300)
     nearest = Parting(length, 0.0)
     for rival in rivals:
-        with np.errstate(all="ignore"):
-            columns = np.nan_to_num(plan.observations.columns(rival.form.instances()), posinf=0, neginf=0)
+        columns = plan.columns(rival.form.instances())
         left = _left(np.concatenate([rival.white, plan.covariance.whiten(columns)]), target)
         added = np.sqrt(max(left**2 - _left(rival.white, old) ** 2, 0.0))
         cosine = float(np.sqrt(max(1.0 - (left / length) ** 2, 0.0)))
@@ -91,5 +90,4 @@ def best(partings: Sequence[tuple[Choice, Parting]]) -> Proposal | None:
 
 
 def _column(plan: Planned, effect: Effect) -> Vector:
-    with np.errstate(all="ignore"):
-        return np.asarray(np.nan_to_num(plan.observations.columns([effect])[:, 0], posinf=0, neginf=0))
+    return plan.columns([effect])[:, 0]
