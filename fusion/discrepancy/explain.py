@@ -29,8 +29,8 @@ from fusion.discrepancy.observe.frame_block import FrameBlock, blocks_of, wanted
 from fusion.discrepancy.observe.likely_pose import at_likely_poses
 from fusion.discrepancy.observe.observations import Observations, observe
 from fusion.discrepancy.observe.placements import joined
+from fusion.discrepancy.observe.scene.stage import simulated_stage, stage_of
 from fusion.discrepancy.observe.single_pixels import SinglePixel, single_pixels, without
-from fusion.discrepancy.observe.stage import simulated_stage, stage_of
 from fusion.discrepancy.simulated import matched
 from fusion.discrepancy.unknown.unknown import Unknown
 from fusion.discrepancy.unknown.unrestricted import UnrestrictedGain

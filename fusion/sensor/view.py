@@ -71,6 +71,8 @@ class View:
         done: names of effects that the image holds already, because the renderer moved rays or surfaces.
         noisier: (h, w) factor on the noise that the camera itself gives each pixel, 1 where it is sure.
         placed_by_images: the pose of the surface was found in images of this camera, by the stated rays.
+        bent: (h, w) [m] by how much what a pixel sees leaves a plane (rms), inf across an edge: of few pixels that is
+            a large part of the scene, and depth the mean of it.
     """
 
     camera: Camera
@@ -94,6 +96,7 @@ class View:
     done: frozenset[str] = frozenset()
     placed_by_images: bool = False
     noisier: Image | None = None
+    bent: Image | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "principle", Principle(self.principle))

@@ -9,7 +9,7 @@ from made_up_walls import looks_at, sensor_of
 from fusion.discrepancy.inference.tile_covariance import covariance_of
 from fusion.discrepancy.naming.search.candidates import candidates_of
 from fusion.discrepancy.observe.observations import observe
-from fusion.discrepancy.observe.stage import RECONSTRUCTED_M, KnownScene, stage_of
+from fusion.discrepancy.observe.scene.stage import RECONSTRUCTED_M, KnownScene, stage_of
 from fusion.discrepancy.verdict.reference import reference_of
 from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fusion.discrepancy.observe.motion import twists_of
-from fusion.discrepancy.observe.table import table_of
+from fusion.discrepancy.observe.scene.motion import twists_of
+from fusion.discrepancy.observe.scene.table import table_of
 from fusion.errors import RecordingError
 from fusion.geometry.camera import Camera
 from fusion.geometry.pose import about_axis, inverse

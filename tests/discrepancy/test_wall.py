@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from fusion.discrepancy.observe.stage import stage_of
-from fusion.discrepancy.observe.wall import wall_of
+from fusion.discrepancy.observe.scene.stage import stage_of
+from fusion.discrepancy.observe.scene.wall import wall_of
 from fusion.recording.open import open_recording
 from fusion.sensor.effects.readout.depth_scale import DepthScale
 from fusion.sensor.sensor import Sensor

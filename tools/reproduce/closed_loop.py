@@ -16,7 +16,7 @@ from pathlib import Path
 from fusion.discrepancy.inference.tile_covariance import covariance_of
 from fusion.discrepancy.observe.frame_block import blocks_of, wanted_channels
 from fusion.discrepancy.observe.observations import Observations, observe
-from fusion.discrepancy.observe.stage import stage_of
+from fusion.discrepancy.observe.scene.stage import stage_of
 from fusion.geometry.camera import Principle
 from fusion.recording.open import open_recording
 from fusion.sensor.files.sensor_file import read_sensor

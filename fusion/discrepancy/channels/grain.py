@@ -17,7 +17,8 @@ from fusion.discrepancy.channels.channel_step import ChannelStep
 from fusion.discrepancy.channels.noise_parameters import USUAL
 from fusion.discrepancy.channels.scatter import frozen_rounding
 from fusion.discrepancy.decisions import FALSE_ALARM
-from fusion.discrepancy.observe.observations import Observations, Patch
+from fusion.discrepancy.observe.observations import Observations
+from fusion.discrepancy.observe.patch import Patch
 from fusion.discrepancy.observe.tiles import Tiling
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS

@@ -33,7 +33,8 @@ from fusion.discrepancy.channels.unnamed import unnamed, whitened
 from fusion.discrepancy.decisions import SPREAD_FRAMES, SURE
 from fusion.discrepancy.naming.heterogeneity import FORM
 from fusion.discrepancy.observe.frame_block import FrameBlock
-from fusion.discrepancy.observe.observations import Observations, Patch
+from fusion.discrepancy.observe.observations import Observations
+from fusion.discrepancy.observe.patch import Patch
 from fusion.discrepancy.unknown.unrestricted import covariates
 from fusion.sensor.sensor import Sensor
 

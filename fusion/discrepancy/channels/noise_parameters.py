@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from fusion.discrepancy.channels.scatter import Scatter, filtered, predicted_variance
 from fusion.discrepancy.channels.succession import memory_of
 from fusion.discrepancy.inference.shaking import SHAKES
-from fusion.discrepancy.observe.observations import Patch
+from fusion.discrepancy.observe.patch import Patch
 from fusion.recording.ahead import side_by_side
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS

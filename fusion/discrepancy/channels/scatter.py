@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.channels.succession import memory_of, succession_of
-from fusion.discrepancy.observe.observations import Patch
+from fusion.discrepancy.observe.patch import Patch
 
 Vector = NDArray[np.float64]
 
@@ -98,7 +98,7 @@ def _memory(patch: Patch) -> float:
 
 def _sharing(patch: Patch) -> float:
     """Pixels that share their noise, in effect: the sum of the squared correlations over all neighbours."""
-    alike = patch.block.alike
+    alike = patch.alike
     if alike is None:
         return 1.0
     return float(np.prod(1 + 2 * (np.square(alike[:, 1:])).sum(axis=1)))

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from fusion.discrepancy.observe.frame_block import FrameBlock
 from fusion.discrepancy.observe.interior import interior, reach
-from fusion.discrepancy.observe.observations import Observations, Patch
+from fusion.discrepancy.observe.observations import Observations
+from fusion.discrepancy.observe.patch import Patch
 from fusion.discrepancy.observe.tiles import tiling
 from fusion.sensor.effect import Effect
 from fusion.sensor.sensor import Sensor

@@ -66,7 +66,7 @@ class EdgePlaces:
     @cached_property
     def _windows(self) -> list[float]:
         """(placements,) [px^2] of the filter that the noise of each shows; one that keeps edges shows less there."""
-        return [filter_window(rims.patch.block.alike) for rims in self.rims]
+        return [filter_window(rims.patch.alike) for rims in self.rims]
 
     def _outline(self, rims: Rims) -> int:
         """Number of the unknown outline of what stands before a camera."""

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.edges.filtered import filtered
-from fusion.discrepancy.observe.observations import Patch
 from fusion.discrepancy.observe.outliers import foreign
+from fusion.discrepancy.observe.patch import Patch
 from fusion.sensor.effect import Effect
 from fusion.sensor.sensor import Sensor
 from fusion.sensor.view import Edges, Image, View

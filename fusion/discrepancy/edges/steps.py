@@ -13,7 +13,8 @@ from fusion.discrepancy.channels.noise_parameters import USUAL, with_value
 from fusion.discrepancy.decisions import CONFIDENCE, FALSE_ALARM, LARGEST_SET, REPLICATED, SURE, TYPICAL
 from fusion.discrepancy.edges.places import EdgeFit, EdgePlaces
 from fusion.discrepancy.edges.rims import acts_at_edges, rims_of
-from fusion.discrepancy.observe.observations import Observations, Patch
+from fusion.discrepancy.observe.observations import Observations
+from fusion.discrepancy.observe.patch import Patch
 from fusion.discrepancy.observe.placements import views_of
 from fusion.sensor.effect import Effect
 from fusion.sensor.effects import EFFECTS

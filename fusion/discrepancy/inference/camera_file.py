@@ -10,7 +10,8 @@ from dataclasses import asdict, dataclass, fields, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.observe.observations import Observations, Patch
+from fusion.discrepancy.observe.observations import Observations
+from fusion.discrepancy.observe.patch import Patch
 from fusion.geometry.camera import Camera
 from fusion.sensor.laws.moving import motions_found
 from fusion.sensor.laws.surface import rigid_motions, towards

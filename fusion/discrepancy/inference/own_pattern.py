@@ -11,7 +11,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.observe.observations import Observations, Patch
+from fusion.discrepancy.observe.observations import Observations
+from fusion.discrepancy.observe.patch import Patch
 from fusion.geometry.camera import Camera, Principle
 from fusion.sensor.effect import Effect
 from fusion.sensor.sensor import Sensor

@@ -5,7 +5,8 @@ from numpy.typing import NDArray
 
 from fusion.discrepancy.inference import covariance
 from fusion.discrepancy.inference.own_pattern import unknown_patterns
-from fusion.discrepancy.observe.observations import Observations, Patch
+from fusion.discrepancy.observe.observations import Observations
+from fusion.discrepancy.observe.patch import Patch
 from fusion.recording.ahead import side_by_side
 from fusion.sensor.effect import Effect
 from fusion.sensor.view import Image

@@ -5,8 +5,9 @@ from numpy.typing import NDArray
 
 from fusion.discrepancy.inference.covariance import BENDS_M, bend, bending, bow
 from fusion.discrepancy.inference.loose import Loose
-from fusion.discrepancy.observe.observations import Observations, Patch
-from fusion.discrepancy.observe.stage import KnownScene
+from fusion.discrepancy.observe.observations import Observations
+from fusion.discrepancy.observe.patch import Patch
+from fusion.discrepancy.observe.scene.stage import KnownScene
 from fusion.sensor.laws.surface import rigid_motions, towards
 
 Vector = NDArray[np.float64]

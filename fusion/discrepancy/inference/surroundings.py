@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.observe.frames import filter_window
-from fusion.discrepancy.observe.observations import Observations, Patch
+from fusion.discrepancy.observe.observations import Observations
+from fusion.discrepancy.observe.patch import Patch
 from fusion.sensor.view import Image
 
 AREA = 1.0 / 12.0  # [px^2] mean square of the distance to the middle of a pixel, along a side
@@ -18,7 +19,7 @@ def surroundings_columns(observations: Observations) -> NDArray[np.float64]:
     """(n, 2) by how much a mean over a pixel's area and one over a filter's window differ from the middle, in native
     units."""
     # one that keeps edges shows in the noise along a surface, and not down a steep one
-    window = max(filter_window(patch.block.alike) for patch in observations.patches)
+    window = max(filter_window(patch.alike) for patch in observations.patches)
     window = window if window > AREA else 0.0  # narrower than the pixel itself it is no filter, and neighbours' chance
     return np.concatenate([np.column_stack(_columns(patch, window)) for patch in observations.patches])
 

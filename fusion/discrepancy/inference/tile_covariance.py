@@ -16,7 +16,8 @@ from fusion.discrepancy.inference.own_pattern import own_patterns
 from fusion.discrepancy.inference.rounding import DOUBT, rounding_covariance
 from fusion.discrepancy.inference.shapes import mesh_columns, shape_covariance
 from fusion.discrepancy.inference.surroundings import surroundings_columns
-from fusion.discrepancy.observe.observations import Observations, Patch
+from fusion.discrepancy.observe.observations import Observations
+from fusion.discrepancy.observe.patch import Patch
 from fusion.discrepancy.observe.placements import FLOOR_M
 from fusion.sensor.effect import Effect
 from fusion.sensor.parameter import parameters
@@ -135,9 +136,9 @@ def _noise(patch: Patch) -> NDArray[np.float64]:
     shared = np.minimum(np.sqrt(variance), shared) * np.sqrt(tiles.side**2 / tiles.pixels)
     own = (variance - np.minimum(variance, shared**2 * tiles.pixels / tiles.side**2)) / tiles.pixels
     spread = grain(tiles.cell, tiles.cell, tiles.side, window) * np.outer(shared, shared)
-    if patch.block.alike is not None:
+    if patch.alike is not None:
         # neighbours that share their noise without the model's knowing: frames show it
-        own = np.maximum(own, neighbours(patch.block.alike, tiles.side) * variance / tiles.pixels - np.diag(spread))
+        own = np.maximum(own, neighbours(patch.alike, tiles.side) * variance / tiles.pixels - np.diag(spread))
     floor = FLOOR[patch.view.time_of_flight] ** 2
     # noise of a simulation that stands for the prediction comes on top
     more = 1.0 + _simulated(patch) * frames / np.maximum(variance, 1e-300)

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.inference.sizes import orthonormal, sizes_of
-from fusion.discrepancy.observe.observations import Observations, Patch
+from fusion.discrepancy.observe.observations import Observations
+from fusion.discrepancy.observe.patch import Patch
 from fusion.geometry.pose import transform
 from fusion.sensor.effect import Effect
 from fusion.sensor.sensor import Sensor

@@ -10,8 +10,8 @@ from fusion.discrepancy.inference.unrounded import next_level
 from fusion.discrepancy.observe.frames import FrameSeries
 from fusion.discrepancy.observe.interior import interior
 from fusion.discrepancy.observe.outliers import Stays
-from fusion.discrepancy.observe.stage import KnownScene
-from fusion.discrepancy.observe.stage import stage_of as stage_of
+from fusion.discrepancy.observe.scene.stage import KnownScene
+from fusion.discrepancy.observe.scene.stage import stage_of as stage_of
 from fusion.discrepancy.observe.tiles import Tiling, tiling
 from fusion.discrepancy.simulated import GivenImages, seen_in
 from fusion.errors import RecordingError
@@ -115,7 +115,7 @@ def _with_scatter(blocks: list[FrameBlock]) -> list[FrameBlock]:
 
 def wanted_channels(baseline: float | None, indirect: bool) -> Channels:
     """What effects may ask of a view."""
-    return Channels(edges=True, lit=baseline, motion=True, indirect=Bounce() if indirect else None)
+    return Channels(edges=True, lit=baseline, motion=True, indirect=Bounce() if indirect else None, area=True)
 
 
 def _blocks(stage: KnownScene) -> list[tuple[int, ...]]:

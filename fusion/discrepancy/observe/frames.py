@@ -78,19 +78,25 @@ class FrameSeries:
         return np.mean(self._alike, axis=0) if self._alike else None
 
 
-def likeness(change: Image) -> NDArray[np.float64]:
-    """(2, REACH_PX + 1) correlation of neighbours in a difference (h, w) of two frames, along u and along v."""
-    known, square = np.isfinite(change), local_mean(change**2)
+def likeness(*changes: Image) -> NDArray[np.float64]:
+    """(2, REACH_PX + 1) correlation of neighbours in differences (h, w) of two frames, along u and along v."""
+    products, pairs = np.sum([_products(change) for change in changes], axis=0)
+    powers, pixels = np.maximum(products[:, :1], 1e-30), np.maximum(pairs[:, :1], 1)
+    return np.asarray(products / np.maximum(pairs, 1) / (powers / pixels))
+
+
+def _products(change: Image) -> NDArray[np.float64]:
+    """(2, 2, REACH_PX + 1) sums of products of neighbours, and of how many, along u and along v."""
+    known, square = np.isfinite(change), np.maximum(local_mean(change**2), 0.0)  # a running sum may end below 0
     # a pixel far out is no noise, and one of them would outweigh all others
     sound = known & (np.abs(change) < 4 * np.sqrt(square)) & (square > 0)
     unit = np.where(sound, np.nan_to_num(change) / np.sqrt(np.maximum(square, 1e-30)), 0.0)
-    out = np.zeros((2, REACH_PX + 1))
-    power = max(float((unit**2).sum()), 1e-30) / max(int(sound.sum()), 1)
+    out = np.zeros((2, 2, REACH_PX + 1))
     for axis in (0, 1):
         for apart in range(REACH_PX + 1):
             one, other = _shifted(unit, apart, axis)
             both = np.logical_and(*_shifted(sound, apart, axis)).sum()
-            out[axis, apart] = float((one * other).sum()) / max(int(both), 1) / power
+            out[:, axis, apart] = float((one * other).sum()), float(both)
     return out
 
 
@@ -99,12 +105,12 @@ def local_mean(image: Image) -> Image:
     known, size = np.isfinite(image), (SMOOTH_PX, SMOOTH_PX)
     parts = np.where(known, image, 0.0), known
     whole, share = (cv2.blur(part.astype(float), size, borderType=cv2.BORDER_REFLECT) for part in parts)
-    return np.maximum(whole, 0.0) / np.maximum(share, 1e-3)  # a running sum may end below 0
+    return np.asarray(whole / np.maximum(share, 1e-3))
 
 
 def _shifted(image: NDArray[Any], apart: int, axis: int) -> tuple[NDArray[Any], NDArray[Any]]:
     """The image without its last pixels and without its first ones, along u (0) or v (1)."""
-    end = image.shape[1 - axis] - apart
+    end = max(image.shape[1 - axis] - apart, 0)  # of fewer pixels than that none are so far apart
     return (image[:, :end], image[:, apart:]) if axis == 0 else (image[:end], image[apart:])
 
 

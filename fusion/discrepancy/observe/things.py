@@ -21,7 +21,7 @@ from fusion.sensor.view import Image
 from fusion.sensor.where import VARIABLES
 
 if TYPE_CHECKING:
-    from fusion.discrepancy.observe.observations import Patch
+    from fusion.discrepancy.observe.patch import Patch
 
 Mask = NDArray[np.bool_]
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from fusion.discrepancy.inference.tile_covariance import TileCovariance, covariance_of
 from fusion.discrepancy.observe.frame_block import FrameBlock, wanted_channels
 from fusion.discrepancy.observe.observations import Observations, observe
-from fusion.discrepancy.observe.stage import KnownScene
+from fusion.discrepancy.observe.scene.stage import KnownScene
 from fusion.discrepancy.planning.menu import Choice, Setup
 from fusion.geometry.camera import Camera, Principle
 from fusion.geometry.pose import Array

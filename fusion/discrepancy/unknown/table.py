@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.observe.observations import Observations, Patch
+from fusion.discrepancy.observe.observations import Observations
+from fusion.discrepancy.observe.patch import Patch
 from fusion.discrepancy.unknown.terms import UnknownTerm
 from fusion.recording.ahead import side_by_side
 from fusion.sensor.effects.readout.tabulated import STEEPEST, VARIABLES, Tabulated

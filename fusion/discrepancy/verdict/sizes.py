@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from fusion.discrepancy.channels.channel_step import ChannelStep
 from fusion.discrepancy.compared import depth_per_native
 from fusion.discrepancy.explain import Explanation
-from fusion.discrepancy.observe.observations import Patch
+from fusion.discrepancy.observe.patch import Patch
 from fusion.discrepancy.verdict.claim import Size
 from fusion.sensor.sensor import Sensor
 

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from fusion.discrepancy.compared import cleaned
 from fusion.discrepancy.explain import Explanation
 from fusion.discrepancy.inference.tile_covariance import TileCovariance
-from fusion.discrepancy.observe.observations import Observations, Patch
+from fusion.discrepancy.observe.observations import Observations
+from fusion.discrepancy.observe.patch import Patch
 from fusion.discrepancy.verdict.claim import Claim
 from fusion.discrepancy.verdict.content import Verdict
 from fusion.sensor.where import BoundFields

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from fusion.discrepancy.channels.scatter import variance
 from fusion.discrepancy.explain import Explanation
-from fusion.discrepancy.observe.observations import predicted
+from fusion.discrepancy.observe.patch import predicted
 from fusion.discrepancy.verdict.claim import Claim
 from fusion.report.explanations.claim_figures import AXES, Unit, mask_panel
 from fusion.report.explanations.claims import bins, lead, parameters_table, questions, shown_variables

@@ -119,6 +119,7 @@ class Exposures:
             lit=None if shadow is None else float(np.mean(getattr(shadow, "baseline", 0.0))),
             indirect=None if self._sensor.effect("multipath") is None else Bounce(),
             motion=self._scene.course.turntable is not None or self._scene.course.continuous,
+            area=True,
         )
 
     def _as_stated(self, view: View) -> View:

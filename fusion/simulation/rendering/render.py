@@ -20,6 +20,7 @@ from fusion.geometry.pose import Array
 from fusion.mesh.mesh import Mesh
 from fusion.sensor.edges.nearest import REACH_PX
 from fusion.sensor.view import View, incidence_of
+from fusion.simulation.rendering.area import over_area
 from fusion.simulation.rendering.casting import Body, CastBodies, Floats, Hits, PreparedMesh, directions
 from fusion.simulation.rendering.edges import edges_of
 from fusion.simulation.rendering.indirect import Bounce, LampLit, indirect_of
@@ -39,6 +40,7 @@ class Channels:
     # 0.075), 0 at the camera; None leaves the channel out
     lit: float | None = None
     motion: bool = False  # velocity, and what stands on the turntable
+    area: bool = False  # of an image of few pixels the mean over what each sees, as a sensor measures it
     # how light of one bounce is computed; None leaves the channel out. Needs the reflectance.
     indirect: Bounce | None = None
 
@@ -96,7 +98,7 @@ def view_of(
         turning = np.array([body.turning for body in bodies] + [False])[hits.body] & np.isfinite(hits.t)
         velocity = velocity_of(view, stage, hits.body.reshape(wide.shape)[window], camera_twist)
         view = replace(view, velocity=velocity, turning=turning.reshape(wide.shape)[window])
-    return view
+    return over_area(view, stage) if channels.area else view
 
 
 def _seen(camera: Camera, stage: CastBodies, hits: Hits, color: bool) -> tuple[View, Floats]:

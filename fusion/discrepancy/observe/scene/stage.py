@@ -6,9 +6,9 @@ from hashlib import sha256
 import numpy as np
 from numpy.typing import NDArray
 
-from fusion.discrepancy.observe.motion import twists_of
-from fusion.discrepancy.observe.table import LoggedTable, table_of
-from fusion.discrepancy.observe.wall import FREE_RAD, LASER_M, wall_of
+from fusion.discrepancy.observe.scene.motion import twists_of
+from fusion.discrepancy.observe.scene.table import LoggedTable, table_of
+from fusion.discrepancy.observe.scene.wall import FREE_RAD, LASER_M, wall_of
 from fusion.discrepancy.simulated import Match
 from fusion.errors import RecordingError
 from fusion.geometry.trajectory import Trajectory

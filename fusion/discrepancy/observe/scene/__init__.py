@@ -1,0 +1,1 @@
+"""Scene: what stood before the camera as the recording states it: its mesh, poses, table and walls."""
