@@ -16,7 +16,7 @@ from fusion.discrepancy.naming.naming import _of_one_region, name_effects
 from fusion.discrepancy.naming.refit import partial_residual, refitted
 from fusion.discrepancy.naming.search.bounds import _beside_best
 from fusion.discrepancy.naming.search.candidates import Candidate, candidate_of, candidates_of
-from fusion.discrepancy.naming.search.region import confined, second_cause
+from fusion.discrepancy.naming.search.region import best_region, confined, second_cause
 from fusion.discrepancy.naming.search.space import Space
 from fusion.discrepancy.naming.search.step import _prior, best_part
 from fusion.discrepancy.observe.observations import observe
@@ -30,6 +30,7 @@ from fusion.sensor.effects.readout.depth_offset import DepthOffset
 from fusion.sensor.effects.readout.temperature_drift import TemperatureDrift
 from fusion.sensor.effects.triangulation.disparity_offset import DisparityOffset
 from fusion.sensor.effects.triangulation.pixel_locking import PixelLocking
+from fusion.sensor.effects.triangulation.projector_thermal_drift import ProjectorThermalDrift
 from fusion.sensor.effects.triangulation.vertical_banding import VerticalBanding
 from fusion.sensor.forms import forms_of
 from fusion.sensor.view import Image, View
@@ -338,11 +339,20 @@ def test_a_law_that_depends_on_what_bounds_its_region_needs_no_second_cause(kind
     [
         (LIGHT, TemperatureDrift(coefficient_px=0.01, reference_temperature=35.0)),
         (TOF, TemperatureDrift(coefficient=-0.001, reference_temperature=30.0)),
+        (LIGHT, ProjectorThermalDrift(coefficient=4e-4, reference_temperature=30.0)),
+        (LIGHT, ProjectorThermalDrift(coefficient=-4e-4, reference_temperature=35.0)),
     ],
 )
 def test_a_drift_whose_zero_is_at_another_temperature_is_one_effect(principle, hidden):
-    """It is no drift with an offset, and none of the late frames alone."""
+    """It is no drift with an offset or a map, and none of the late frames alone."""
     steps = named(principle, hidden)[0].steps
-    assert [step.effect.name for step in steps] == ["temperature_drift"]
+    assert [step.effect.name for step in steps] == [hidden.name]
     assert not steps[0].candidate.where
     assert steps[0].effect.reference_temperature == pytest.approx(hidden.reference_temperature, abs=1.5)
+
+
+def test_without_a_law_to_confine_there_is_no_region():
+    observations = observe(sensor_of(TOF), looks_at(sensor_of(TOF), 1))
+    covariance = covariance_of(observations)
+    n = len(observations.residual)
+    assert best_region([], observations, covariance, Space(np.zeros((n, 0)), np.zeros(0)), np.zeros(n)) is None

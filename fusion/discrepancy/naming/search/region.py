@@ -62,6 +62,8 @@ def best_region(
     Args:
         candidates: each with the weights that it has when it acts everywhere.
     """
+    if not candidates:
+        return None
     n = len(target)
     metric, pull = _metric(covariance, space), covariance.pulled(space.of(target))
     cuts = list(_cuts(observations))

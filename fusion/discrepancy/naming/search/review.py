@@ -84,8 +84,8 @@ def _with_free_shape(fit: PartsFit, k: int) -> Iterator[PartsFit]:
             for where in dict.fromkeys([(), part.candidate.where]):
                 free = candidate_of(fit.observations, fit.covariance, form, where)
                 weights = scored(free, free.white, fit.white + part.footprint).weights
-                for dropped in (*(other for other in others if not other.size), None):
-                    if dropped is not None or where != part.candidate.where:
+                for dropped in (*others, None):
+                    if others or where != part.candidate.where:
                         rest = [one for one in fit.parts if one is not part and one is not dropped]
                         yield refitted([*rest, EffectPart(free, weights)], fit.observations, fit.covariance)
 

@@ -5,13 +5,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from fusion.geometry.camera import Principle
+from fusion.geometry.camera import TRIANGULATING, Principle
 from fusion.sensor.effect import Effect
 from fusion.sensor.laws.disparity import depth_change
 from fusion.sensor.parameter import Value, parameter
 from fusion.sensor.view import Image, View
-
-REFERENCE = 25.0  # [degC] where the pattern was stored: guess
 
 
 @dataclass(frozen=True)
@@ -19,16 +17,18 @@ class ProjectorThermalDrift(Effect):
     """The grating scales the sine of each dot's angle, so dots move outwards and seem to belong to other depths.
 
     With p the projector's place on the x axis, a dot leaves it at the slope x_p = x - p / z, which grows by
-    dx = coefficient (T - 25 degC) x_p (1 + x_p^2 + y^2); the disparity fx |p| / z changes by sign(p) fx dx.
+    dx = coefficient (T - T_ref) x_p (1 + x_p^2 + y^2); the disparity fx |p| / z changes by sign(p) fx dx. Of a stereo
+    camera it stands for its other imager, whose scale follows the temperature.
     """
 
     name: ClassVar[str] = "projector_thermal_drift"
     key: ClassVar[str] = "S4"
     formula: ClassVar[str] = (
-        "d_measured = d + sign(baseline) fx coefficient (T - 25 degC) x_p (1 + x_p^2 + y^2), x_p = x - baseline / z"
+        "d_measured = d + sign(baseline) fx coefficient (T - reference_temperature) x_p (1 + x_p^2 + y^2), "
+        "x_p = x - baseline / z"
     )
     variables: ClassVar[tuple[str, ...]] = ("u", "temperature", "depth")
-    principles: ClassVar[tuple[Principle, ...]] = (Principle.STRUCTURED_LIGHT,)
+    principles: ClassVar[tuple[Principle, ...]] = TRIANGULATING
 
     coefficient: Value = parameter(
         "1/K",
@@ -37,9 +37,12 @@ class ProjectorThermalDrift(Effect):
         "0.3 nm/K of 830 nm: 3.6e-4 where nothing is done against it; from memory",
         typical=2e-4,
     )
+    reference_temperature: Value = parameter(
+        "degC", (0, 50), "at which the pattern was stored", "usual room", neutral=25.0, release=(15.0, 35.0)
+    )
 
     def bias(self, depth: Image, view: View) -> Image:
-        warmer = view.moment.temperature - REFERENCE
+        warmer = view.moment.temperature - float(self.reference_temperature)
         if not np.isfinite(warmer) or not np.any(self.coefficient):
             return np.zeros((), depth.dtype)
         rays = view.camera.rays().astype(depth.dtype, copy=False)
