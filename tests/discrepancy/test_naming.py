@@ -9,7 +9,7 @@ import pytest
 from made_up_walls import looks_at, sensor_of
 
 from fusion.discrepancy.inference.tile_covariance import covariance_of
-from fusion.discrepancy.naming import heterogeneity
+from fusion.discrepancy.naming import established, heterogeneity
 from fusion.discrepancy.naming.effect_part import EffectPart
 from fusion.discrepancy.naming.established import is_faint, weak_of
 from fusion.discrepancy.naming.naming import _of_one_region, name_effects
@@ -287,6 +287,32 @@ def test_what_does_not_stand_beside_the_others_is_not_established():
         assert weak_of([first, bad]) == [bad]
     assert weak_of([step(std=0.7)]) == []  # the first may be of a size that differs over the data
     assert weak_of([first, step(std=0.7, shapes_std={"exponent": 0.3})]) == []  # a size is as open as its exponent
+
+
+@pytest.mark.parametrize("order", [(0, 1), (1, 0)])
+def test_the_least_name_may_be_the_form_of_the_others_whichever_was_found_first(monkeypatch, order):
+    monkeypatch.setattr(heterogeneity, "unevenness", lambda fit, k: 0.0)
+    sizes = {"disparity_distortion": (2.0, 1.0), "temperature_drift": (0.0, 10.0)}  # of a map, and footprint of a tile
+    parts = [
+        SimpleNamespace(name=name, size=size, candidate=SimpleNamespace(where=()), footprint=np.full(100, each))
+        for name, (size, each) in sizes.items()
+    ]
+    steps = [
+        SimpleNamespace(
+            effect=SimpleNamespace(name=part.name), candidate=part.candidate, gain=float((part.footprint**2).sum()),
+            held_out=50.0, probability=1e-9,
+        )
+        for part in parts
+    ]  # fmt: skip
+
+    def without(rest, *_):
+        return SimpleNamespace(parts=rest, white=np.full(100, np.sqrt(2.0)))
+
+    monkeypatch.setattr(established, "refitted", without)
+    fit = SimpleNamespace(parts=parts, white=np.ones(100), observations=None, covariance=None)
+    rest, taken = established.without_faint(fit, [steps[k] for k in order])
+    assert [part.name for part in rest.parts] == ["temperature_drift"]
+    assert taken.effect.name == "disparity_distortion"
 
 
 @pytest.mark.parametrize(("uneven", "faint"), [(0.0, False), (0.3, False), (0.4, True)])
