@@ -10,6 +10,7 @@ from fusion.discrepancy.decisions import CONFIDENCE, LARGEST_SET, SURE
 from fusion.discrepancy.inference.scatter import spanned
 from fusion.discrepancy.mean import MeanFindings, MeasuredForms, explained_mean, likeliest
 from fusion.discrepancy.naming.effect_part import EffectPart, is_field
+from fusion.discrepancy.naming.heterogeneity import FORM
 from fusion.discrepancy.naming.refit import partial_residual, refitted
 from fusion.discrepancy.naming.search.candidates import Candidate
 from fusion.discrepancy.naming.search.score import Scored
@@ -49,7 +50,9 @@ def beside_setting(mean: MeanFindings, stated: MeasuredForms, sensor: Sensor) ->
     units = (stated,) if mean.seen is stated else (stated, mean.seen)
     free = min((without_laws(one.observations, one.covariance) for one in units), key=lambda one: one.cost)
     if mean.claims and _may_pose_as_laws(free, mean):
-        mean = likeliest([mean, _again(mean, stated, free, sensor)])
+        again = _again(mean, stated, free, sensor)
+        # what the form of laws that explain so much may leave is no sign of errors beside them
+        mean = again if again.cost < mean.cost - FORM * mean.gain else mean
     beside = *_beside_parts(mean, stated.observations.sensor), *_beside_plainer(mean)
     setting = min((free, *beside), key=lambda one: one.cost)
     laws = with_laws(mean.seen.observations, mean.seen.covariance, mean.gain if mean.claims else 0.0)
