@@ -45,6 +45,17 @@ def test_a_model_without_noise_lacks_it():
     assert step.effect.shot == pytest.approx(0.003, rel=0.05) and step.effect.floor == pytest.approx(0.002, rel=0.1)
 
 
+def test_a_model_without_noise_lacks_what_grows_with_the_distance_alone_too():
+    """Amplitudes are recorded, and the noise does not follow them."""
+    bare = Sensor("bare", "itof", ())
+    hidden = Sensor("noisy", "itof", (AxialNoise(c0=0.002, c1=0.001, c2=0.001),))
+    sensor, (step, *more) = found_in(bare, hidden, 5)
+    assert step.effect is not None and step.effect.name == "axial_noise" and not step.corrected and not more
+    views = [look.view for look in looks_at(hidden, 5)]
+    told, true = (np.array([float(np.median(s.repeated(v.depth, v)[1])) for v in views]) for s in (sensor, hidden))
+    assert np.abs(told / true - 1.0).max() < 0.25
+
+
 def test_more_light_is_named_by_its_noise():
     given = replace(sensor_of("itof"), std={("axial_noise", "c0"): 0.0001})
     sensor, (step, *more) = found_in(given, sensor_of("itof", AmbientLight(ambient=4000.0)), 1)

@@ -77,7 +77,7 @@ def merged(steps: Sequence[ChannelStep]) -> tuple[ChannelStep, ...]:
             step = replace(
                 step,
                 std={**first.std, **step.std},
-                corrected=first.corrected or step.corrected,
+                corrected=first.corrected,  # what has just been found is no number of the given model
                 gain=first.gain + step.gain,
                 share=1.0 - (1.0 - first.share) * (1.0 - step.share),
                 probability=min(first.probability, step.probability),

@@ -128,16 +128,15 @@ def own_parameters(scatter: Scatter) -> Iterator[tuple[NoiseParameter, ...]]:
     views = [patch.view for patch in scatter.patches]
     flight = views[0].time_of_flight
     lit = flight and all(view.ir is not None for view in views)
-    wanted = "amplitude" if lit else "depth" if flight else "disparity"
-    for kind in EFFECTS:
-        if not kind.own:
-            continue
+    # of noise that follows the light the terms add up as variances, and are found together
+    groups = ("amplitude", "depth") if lit else ("depth",) if flight else ("disparity",)
+    for kind, wanted in product((kind for kind in EFFECTS if kind.own), groups):
         about = [p for p in parameters(kind).values() if p.group == wanted]
         # what stands for the light is no size
         given: dict[str, Any] = {p.name: p.typical for p in about if p.unit == "count"}
         params = [_new(kind(**given), p, scatter) for p in about if p.name not in given]
         params = [param for param in params if np.any(param.growth)]
-        yield from [tuple(params)] if lit else [(param,) for param in params]
+        yield from [tuple(params)] if wanted == "amplitude" else [(param,) for param in params]
 
 
 def _shaped(effect: Effect, about: Parameter) -> Iterator[Effect]:
