@@ -41,7 +41,8 @@ def test_time_of_flight_is_the_mean_length_of_rays_weighed_by_their_light():
     v, u = np.mgrid[0:8, 0:8].astype(float)[:, :, :, None, None]
     length = z * np.sqrt(1 + ((u + MANY - 3.5) / 8.1) ** 2 + ((v + MANY[:, None] - 3.6) / 7.9) ** 2)
     middle = np.sqrt(1 + ((u[..., 0, 0] - 3.5) / 8.1) ** 2 + ((v[..., 0, 0] - 3.6) / 7.9) ** 2)
-    expected = (1 / length).sum(axis=(2, 3)) / (1 / length**2).sum(axis=(2, 3)) / middle
+    # the slant against a plane: its distance over the length
+    expected = (length**-2).sum(axis=(2, 3)) / (length**-3).sum(axis=(2, 3)) / middle
     view, plain = render(wall(1.0), camera, TILTED, AREA), render(wall(1.0), camera, TILTED)
     far = np.abs(expected - plain.depth).max()
     assert far > 0.002  # of one ray each

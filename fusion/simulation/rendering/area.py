@@ -15,19 +15,24 @@ ALONE_PX = 1.0  # from a depth edge: nearer, a pixel may see both sides, of whic
 def over_area(view: View, stage: CastBodies) -> View:
     """Depth as the mean over what each pixel sees, in the units in which the sensor measures, where an image has few.
 
-    A time-of-flight sensor weighs lengths of rays by their light, which falls with the square of the distance; others
-    take the mean of what is in proportion to the disparity. A pixel that an edge passes keeps what is in its middle.
+    A time-of-flight sensor weighs lengths of rays by their light, which falls with the square of the distance and with
+    the slant; others take the mean of what is in proportion to the disparity. A pixel that an edge passes keeps what
+    is in its middle.
     """
     camera, depth = view.camera, view.depth
     times = -(-FINE_PX // camera.width)
     if times < 2 or depth is None:
         return view
     fine = camera.resized(camera.width * times, camera.height * times)
-    z = stage.first(directions(fine)).t.reshape(camera.height, times, camera.width, times)
+    rays = directions(fine)
+    hits = stage.first(rays)
+    z = hits.t.reshape(camera.height, times, camera.width, times)
     with np.errstate(all="ignore"):
         if camera.principle == Principle.TIME_OF_FLIGHT:
-            length = z * stretch(fine).reshape(z.shape)
-            mean = (1.0 / length).sum(axis=(1, 3)) / (1.0 / length**2).sum(axis=(1, 3)) / stretch(camera)
+            along = stretch(fine).reshape(z.shape)
+            length, facing = z * along, np.abs((hits.normals * rays).sum(axis=1)).reshape(z.shape) / along
+            light = facing / length**2
+            mean = (light * length).sum(axis=(1, 3)) / light.sum(axis=(1, 3)) / stretch(camera)
         else:
             mean = 1.0 / (1.0 / z).mean(axis=(1, 3))
     whole = np.isfinite(z).all(axis=(1, 3))
