@@ -1,7 +1,8 @@
 """Surroundings: depth is predicted in the middle of a pixel, and measured as a mean about it.
 
 A pixel sees an area, and what filters each frame takes more of the neighbours, which end at the border of the image. On
-a plane seen frontally that is the same; at a crease, on a ball and far out on a tilted plane it is not.
+a plane seen frontally that is the same; at a crease, on a ball and far out on a tilted plane it is not. Where an image
+has few pixels the mean over the area is predicted already, and this is what a sensor may weigh otherwise.
 """
 
 import numpy as np

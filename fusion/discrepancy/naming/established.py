@@ -54,12 +54,11 @@ def weak_of(steps: Sequence[Step]) -> list[Step]:
 
 def without_faint(fit: PartsFit, steps: Sequence[Step]) -> tuple[PartsFit, Step] | None:
     """The fit without its least name, and that name's first step, where all of it may be the form of the others."""
-    gains: dict[str, float] = {}
-    for each in steps:
-        gains[each.effect.name] = gains.get(each.effect.name, 0.0) + each.gain
-    if len(gains) < 2:
+    names = sorted({step.effect.name for step in steps})
+    if len(names) < 2:
         return None
-    least = min(gains, key=lambda name: gains[name])  # whichever was found first
+    # whichever was found first
+    least = min(names, key=lambda name: sum(step.gain for step in steps if step.effect.name == name))
     step = next(step for step in steps if step.effect.name == least)
     own = next(part for part in fit.parts if part.candidate is step.candidate)
     rest = refitted([part for part in fit.parts if part.name != least], fit.observations, fit.covariance)

@@ -64,7 +64,8 @@ def in_region(part: EffectPart, where: tuple[Bound, ...], fit: PartsFit) -> Effe
 
 
 def released(fit: PartsFit) -> PartsFit:
-    """The fit with a shape of one part set free in place of another part or of its region, if that contradicts nothing.
+    """The fit with a shape of one part set free if that contradicts nothing: beside the others, or in place of another
+    part or of its region.
 
     A drift whose zero lies at another temperature is one effect, and neither one with an offset nor one of late frames.
     """
@@ -75,7 +76,7 @@ def released(fit: PartsFit) -> PartsFit:
 
 
 def _with_free_shape(fit: PartsFit, k: int) -> Iterator[PartsFit]:
-    """Fits with a shape of part k set free, and without its region, another part, or both."""
+    """Fits with a shape of part k set free: beside all others, and without its region, another part, or both."""
     part = fit.parts[k]
     others = [other for other in fit.parts if other.name != part.name]
     for name, about in parameters(part.candidate.form.kind).items():
