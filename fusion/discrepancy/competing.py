@@ -62,7 +62,8 @@ def beside_setting(mean: MeanFindings, stated: MeasuredForms, sensor: Sensor) ->
     if sure >= CONFIDENCE:
         return replace(mean, posterior=sure) if mean.claims else mean
     if sure > 1.0 - CONFIDENCE:
-        return replace(mean.unconfirmed, posterior=sure)
+        other = free.observations.loose != mean.seen.observations.loose
+        return replace(mean.unconfirmed, posterior=sure, rival=free if setting is free and other else None)
     again = _again(mean, stated, setting, sensor)
     if not again.claims or not again.foresees:
         return replace(again.unconfirmed, posterior=sure)

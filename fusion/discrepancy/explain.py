@@ -31,6 +31,7 @@ from fusion.discrepancy.observe.observations import Observations, observe
 from fusion.discrepancy.observe.placements import joined
 from fusion.discrepancy.observe.scene.stage import simulated_stage, stage_of
 from fusion.discrepancy.observe.single_pixels import SinglePixel, single_pixels, without
+from fusion.discrepancy.setting import Explained
 from fusion.discrepancy.simulated import matched
 from fusion.discrepancy.unknown.unknown import Unknown
 from fusion.discrepancy.unknown.unrestricted import UnrestrictedGain
@@ -65,6 +66,7 @@ class Explanation:
         beyond: what is left and no entry of the catalogue explains, established or not; None when it is little.
         posterior: probability that laws are missing in the mean, and not only poses or targets worse than stated.
         alone: pixels that stand alone in most recordings; they take no part.
+        rival: errors of poses, targets, mesh or camera file that may be all there is to what is likely.
     """
 
     blocks: tuple[FrameBlock, ...]
@@ -80,6 +82,7 @@ class Explanation:
     beyond: Unknown | None = None
     posterior: float = 1.0
     alone: tuple[SinglePixel, ...] = ()
+    rival: Explained | None = None
 
     def __repr__(self) -> str:
         found = dict.fromkeys(step.effect.name for step in self.named.steps)
@@ -203,7 +206,7 @@ def explained_looks(blocks: Sequence[FrameBlock], sensor: Sensor, told: tuple[Ch
     seen = mean.seen
     return Explanation(
         seen.blocks, seen.observations, seen.covariance, seen.white, mean.named, channels, mean.possible, mean.left,
-        seen.candidates, mean.held, mean.beyond, mean.posterior, tuple(alone)
+        seen.candidates, mean.held, mean.beyond, mean.posterior, tuple(alone), mean.rival,
     )  # fmt: skip
 
 

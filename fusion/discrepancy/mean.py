@@ -15,7 +15,7 @@ from fusion.discrepancy.naming.naming import Named, name_effects, suggested, unc
 from fusion.discrepancy.naming.search.candidates import Candidate, candidates_of
 from fusion.discrepancy.observe.frame_block import FrameBlock
 from fusion.discrepancy.observe.observations import Observations
-from fusion.discrepancy.setting import with_laws
+from fusion.discrepancy.setting import Explained, with_laws
 from fusion.discrepancy.unknown.in_place import explains_more, is_asked
 from fusion.discrepancy.unknown.unknown import Unknown, unknown_of
 from fusion.discrepancy.unknown.unrestricted import Group, UnrestrictedGain, explained, groups_of
@@ -64,6 +64,8 @@ class MeanFindings:
     left: UnrestrictedGain
     held: HeldOut
     posterior: float = 1.0  # probability that laws are missing, beside a setting that is only worse than stated
+    # that setting, where it alone may explain the recordings as well; None elsewhere
+    rival: Explained | None = None
 
     @property
     def claims(self) -> bool:

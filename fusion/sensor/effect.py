@@ -125,6 +125,12 @@ class Effect:
         """Place [m] on the camera's x axis from where light must reach what has a value; None where none is asked."""
         return None
 
+    def other_zero(self, view: View) -> "Effect | None":
+        """The most by which it may differ where its law has its zero elsewhere, which nobody recorded; None where it is
+        known.
+        """
+        return None
+
     def light(self, amplitude: Image, depth: Image, view: View) -> Image:
         """The amplitude (h, w) [count] behind this effect; `depth` is the true one."""
         return amplitude

@@ -16,6 +16,7 @@ from fusion.sensor.effects.optics.refraction import Refraction
 from fusion.sensor.effects.phase.cyclic_error import CyclicError
 from fusion.sensor.effects.phase.emitter_parallax import EmitterParallax
 from fusion.sensor.effects.readout.depth_offset import DepthOffset
+from fusion.sensor.effects.readout.temperature_drift import TemperatureDrift
 from fusion.sensor.effects.triangulation.disparity_distortion import DisparityDistortion
 
 FRONTAL = [(distance, 0, 0) for distance in (0.6, 0.8, 1.1, 1.4, 1.8, 2.3, 2.8, 3.4)]
@@ -86,3 +87,18 @@ def test_a_claim_of_too_many_names_or_of_no_sure_size_is_likely_and_keeps_its_pl
     assert told("cyclic_error", std=0.3)[0] == {"depth_offset", "cyclic_error"}
     steps, likely, sensor = told("depth_offset", "cyclic_error")
     assert not steps and likely == {"cyclic_error", "depth_offset"} and not sensor.effect("depth_offset")
+
+
+def test_where_no_thermometer_tells_how_warm_a_camera_was_at_first_an_offset_may_be_its_drift():
+    """A drift that begins before the clock is one that begins with it, and an offset."""
+    hidden = TemperatureDrift(amplitude=0.03, time_constant=900.0), DepthOffset(offset=0.02)
+    blocks = looks_at(sensor_of("itof", *hidden), 3)
+    unknown = [replace(b, view=replace(b.view, moment=replace(b.view.moment, temperature=np.nan))) for b in blocks]
+    told = []
+    for seen in (unknown, blocks):
+        observations = observe(sensor_of("itof"), seen)
+        covariance = covariance_of(observations)
+        candidates = candidates_of(observations, covariance)
+        told.append({s.effect.name: s.alike for s in name_effects(seen, observations, covariance, candidates).steps})
+    assert set(told[0]) == {"temperature_drift", "depth_offset"} and "temperature_drift" in told[0]["depth_offset"]
+    assert all("temperature_drift" not in alike for alike in told[1].values())

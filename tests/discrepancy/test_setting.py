@@ -124,7 +124,9 @@ def test_a_law_beside_a_bow_is_no_map_that_follows_both(seed):
         bows.append(np.sqrt(np.mean((bow - bow.mean()) ** 2)))
     found = explained_looks(blocks, sensor_of("structured_light"))
     assert [step.effect.name for step in found.named.steps] == ["disparity_offset"]
-    told = nuisances_of(found).shape_rms_m  # of the bow, and not of what the law explains
+    told = nuisances_of(
+        found.before, found.covariance, found.white_left
+    ).shape_rms_m  # of the bow, and not of what the law explains
     assert 0.5 < told / np.sqrt(np.mean(np.square(bows))) < 2.0
     assert not found.unknown
 

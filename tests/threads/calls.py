@@ -125,7 +125,13 @@ def effects(given: Inputs, out: Path) -> Any:
             [one.bias(depth, view), one.change(depth, view), one.corrected(depth, view), one.noise(depth, view)]
         )
         found.append(
-            [one.dropout(depth, view), one.loses_with(depth, view), one.lit_from(), one.spread(sigma, depth, view)]
+            [
+                one.dropout(depth, view),
+                one.loses_with(depth, view),
+                one.lit_from(),
+                one.other_zero(view),
+                one.spread(sigma, depth, view),
+            ]
         )
         found.append([one.light(view.ir, depth, view), one.sampled(depth, view, rng)])
         found.append([one.repeated(depth, sigma, view), one.window(view), one.why_not_corrected()])

@@ -1,6 +1,6 @@
 """Judged: the parts of a fit with intervals, replication, extrapolation and look-alikes."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -43,6 +43,7 @@ class Step:
     shapes_std: dict[str, float] = field(default_factory=dict)  # of the searched shapes, by name
     price: float = 0.0  # what its freedom costs, in units of the gain
     together: tuple[str, ...] = ()  # two names that this data cannot tell from it when both are there
+    zero_of: tuple[str, ...] = ()  # those of `alike` that are there, and do the same where their zero lies elsewhere
 
     @property
     def footprint(self) -> Vector:
@@ -85,6 +86,7 @@ def _step(fit: PartsFit, k: int, candidates: Sequence[Candidate], spreads: Vecto
     own = scored(part.candidate, seen, target)
     fitted = seen @ part.weights
     names = len({c.name for c in candidates})
+    zeros = tuple(_of_other_zeros(fit, part, Aim(space, fitted)))
     probability = by_chance(own, fitted, target, names)
     weights, shapes = fit.places[k]
     about = {
@@ -97,13 +99,14 @@ def _step(fit: PartsFit, k: int, candidates: Sequence[Candidate], spreads: Vecto
         own.gain,
         held_out_gain(part, MeasuredTiles(fit.observations, fit.covariance), seen, target, own.gain),
         probability,
-        _alike(fit, part, candidates, Aim(space, target), form_of(fit, k)),
+        (*_alike(fit, part, candidates, Aim(space, target), form_of(fit, k)), *zeros),
         _std(fit, k, seen, spreads),
         part.weights,
         spreads[weights],
         about,
         own.gain - own.score if np.isfinite(own.score) else 0.0,
         _together(fit, part, candidates, space),
+        zeros,
     )
 
 
@@ -163,6 +166,24 @@ def _alike(fit: PartsFit, part: EffectPart, candidates: Sequence[Candidate], aim
         if as_well and can_be and _alike_everywhere(whole, other, space):
             out[other.name] = None
     return tuple(out)
+
+
+def _of_other_zeros(fit: PartsFit, part: EffectPart, aim: Aim) -> Iterator[str]:
+    """Names of other parts whose laws do what this one does where their zero lies elsewhere.
+
+    Args:
+        aim: what the part changes beside the others (n,), and the space of that.
+    """
+    length = float(np.linalg.norm(aim.target))
+    for other in fit.parts:
+        effect = other.effect(fit.observations)
+        moved = [effect.other_zero(patch.view) for patch in fit.observations.patches]
+        if other.name == part.name or moved[0] is None or any(one is None for one in moved):
+            continue
+        most = aim.space.of(fit.covariance.whiten(fit.observations.columns([moved[0]])))[:, 0]
+        along = abs(float(most @ aim.target))
+        if ALIKE * length * float(np.linalg.norm(most)) < along <= float(most @ most):
+            yield other.name
 
 
 def _as_to_poses(fit: PartsFit, fitted: Vector, rival: Vector, form: float) -> bool:

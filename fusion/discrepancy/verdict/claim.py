@@ -93,6 +93,7 @@ class Claim(Struct, frozen=True, kw_only=True, omit_defaults=True):
     evidence: ClaimEvidence
     indistinguishable_from: Annotated[Names, Meta(description="effects that look the same in this data")]
     only_together: Annotated[Names, Meta(description="look-alikes that are one only together")] = ()
+    zero_of: Annotated[Names, Meta(description="look-alikes that are claimed too, with their zero elsewhere")] = ()
     record_next: Annotated[str, Meta(description="the recording that would tell them apart, or empty")]
     law: LawForm | None = None
     frame: LawFrame | None = None

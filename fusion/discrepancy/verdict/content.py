@@ -87,6 +87,7 @@ class Verdict(Struct, frozen=True, kw_only=True, omit_defaults=True):
     would_show: Annotated[tuple[Shows, ...], Meta(description="recordings that show what is invisible here")]
     unexplained: Unexplained
     nuisances: Nuisances
+    nuisances_instead: Annotated[Nuisances | None, Meta(description="that may be all there is to it")] = None
     outliers: Annotated[tuple[OutlyingRecording, ...], Meta(description="with something that is not in their mesh")]
     single_pixels: Annotated[tuple[SinglePixel, ...], Meta(description="that stand alone in most recordings")] = ()
     repeats: Annotated[tuple[Names, ...], Meta(description="names of the recordings of each placement with several")]

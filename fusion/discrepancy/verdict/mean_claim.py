@@ -22,7 +22,8 @@ def mean_claim(steps: list[Step], found: Explanation, before: float) -> Claim:
     fitted = found.named.suggested or found.named.sensor
     effect = fitted.effect(first.effect.name) or first.effect
     where = first.candidate.where
-    alike = sorted({name for step in steps for name in step.alike})
+    zeros = sorted({name for step in steps for name in step.zero_of})
+    alike = sorted({name for step in steps for name in step.alike} - {*zeros})
     together = steps[0].together if len(steps) == 1 and not set(steps[0].together) & set(alike) else ()
     return Claim(
         effect=effect.name,
@@ -36,8 +37,9 @@ def mean_claim(steps: list[Step], found: Explanation, before: float) -> Claim:
             visible_share=found.covariance.visible(first.candidate.columns @ first.weights),
             posterior=found.posterior,
         ),
-        indistinguishable_from=(*alike, *together),
+        indistinguishable_from=(*alike, *together, *zeros),
         only_together=tuple(together),
+        zero_of=tuple(zeros),
         record_next=record_next(effect, (*alike, *together)),
     )
 

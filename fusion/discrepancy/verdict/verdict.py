@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from msgspec.structs import replace
+from numpy.typing import NDArray
 
 from fusion.discrepancy.compared import depth_per_native
 from fusion.discrepancy.decisions import NOISE_ALONE
@@ -11,10 +12,13 @@ from fusion.discrepancy.explain import Explanation
 from fusion.discrepancy.inference.camera_file import file_error
 from fusion.discrepancy.inference.identifiability import visibilities
 from fusion.discrepancy.inference.shapes import bent_m, mesh_off
+from fusion.discrepancy.inference.tile_covariance import TileCovariance
 from fusion.discrepancy.naming.assessment import Step
+from fusion.discrepancy.observe.observations import Observations
 from fusion.discrepancy.observe.outliers import outliers_of
 from fusion.discrepancy.observe.placements import repeats_of
 from fusion.discrepancy.planning.plan import Plans
+from fusion.discrepancy.setting import Explained
 from fusion.discrepancy.verdict.channel_claims import channel_claim
 from fusion.discrepancy.verdict.claim import Claim
 from fusion.discrepancy.verdict.content import FORMAT, MODEL, SIMULATION, Nuisances, Verdict
@@ -26,6 +30,8 @@ from fusion.discrepancy.verdict.reference import reference_of
 from fusion.discrepancy.verdict.setting_words import misplaced
 from fusion.discrepancy.verdict.unknown_claim import unknown_claim
 from fusion.discrepancy.verdict.words import sentence
+
+Vector = NDArray[np.float64]
 
 
 def verdict_of(found: Explanation) -> Verdict:
@@ -44,7 +50,7 @@ def verdict_of(found: Explanation) -> Verdict:
     named |= {claim.effect for claim in indicated}  # its size is told; a limit would deny it
     visible = visibilities(found.candidates, found.covariance)
     limits, invisible = limits_of(found, visible, named)
-    unexplained, nuisances = unexplained_of(found), nuisances_of(found)
+    unexplained, nuisances = unexplained_of(found), nuisances_of(found.before, found.covariance, found.white_left)
     outliers = tuple(outliers_of(found.before))
     # a limit is one beside a model that fits, and says nothing beside one that does not
     fits = unexplained.chi2_per_dof <= NOISE_ALONE and not misplaced(nuisances)
@@ -60,6 +66,7 @@ def verdict_of(found: Explanation) -> Verdict:
         would_show=tuple(plans.to_show(invisible)),
         unexplained=unexplained,
         nuisances=nuisances,
+        nuisances_instead=None if found.rival is None else _instead(found.rival),
         outliers=outliers,
         single_pixels=found.alone,
         repeats=tuple(map(tuple, repeats_of(found.blocks))),
@@ -71,7 +78,8 @@ def verdict_of(found: Explanation) -> Verdict:
 
 def _with_next(claim: Claim, steps: list[Step], found: Explanation, plans: Plans) -> Claim:
     """A claim with the recording that parts it from its look-alikes."""
-    following = planned_next(steps, claim.indistinguishable_from, found.candidates, plans)
+    rivals = [name for name in claim.indistinguishable_from if name not in claim.zero_of]  # no recording parts these
+    following = planned_next(steps, rivals, found.candidates, plans)
     return claim if following is None else replace(claim, record_next=following.text, next=following)
 
 
@@ -96,17 +104,27 @@ def _by_name(steps: Sequence[Step]) -> list[list[Step]]:
     return list(groups.values())
 
 
-def nuisances_of(found: Explanation) -> Nuisances:
-    """Sizes that were found beside what was stated: factor on the errors of poses; shape and drift as depth [m]."""
-    loose = found.before.loose
-    drift = loose.drift * float(np.sqrt(np.mean(depth_per_native(found.before) ** 2)))
-    pulled = found.covariance.pulled(found.white_left)
-    scale, off = mesh_off(found.before, pulled)
+def _instead(rival: Explained) -> Nuisances:
+    """Sizes of a setting in which no law is missing."""
+    before, covariance = rival.observations, rival.covariance
+    return nuisances_of(before, covariance, covariance.whiten(before.residual))
+
+
+def nuisances_of(before: Observations, covariance: TileCovariance, left: Vector) -> Nuisances:
+    """Sizes that were found beside what was stated: factor on the errors of poses; shape and drift as depth [m].
+
+    Args:
+        left: (n,) what the model leaves, in units of the covariance.
+    """
+    loose = before.loose
+    drift = loose.drift * float(np.sqrt(np.mean(depth_per_native(before) ** 2)))
+    pulled = covariance.pulled(left)
+    scale, off = mesh_off(before, pulled)
     return Nuisances(
         pose_factor=loose.poses,
-        shape_rms_m=bent_m(found.before, pulled),
+        shape_rms_m=bent_m(before, pulled),
         mesh_scale=scale,
         mesh_off_m=off,
         drift_rms_m=drift,
-        camera_file=file_error(found.before, pulled),
+        camera_file=file_error(before, pulled),
     )

@@ -6,7 +6,7 @@ from fusion.discrepancy.decisions import NOISE_ALONE
 from fusion.discrepancy.observe.outliers import OutlyingRecording
 from fusion.discrepancy.observe.single_pixels import SinglePixel
 from fusion.discrepancy.verdict.claim import Claim
-from fusion.discrepancy.verdict.content import SIMULATION, Unexplained, Verdict
+from fusion.discrepancy.verdict.content import SIMULATION, Nuisances, Unexplained, Verdict
 from fusion.discrepancy.verdict.setting_words import misplaced, mm, setting_words
 from fusion.sensor.catalogue import IMPLEMENTED
 from fusion.sensor.words.in_words import in_words, plain
@@ -39,7 +39,8 @@ def sentence(verdict: Verdict) -> str:
     if likely:
         odds = max(_odds(claim) for claim in likely)
         told = "; ".join(map(_named, likely))
-        suggested = f"Nothing is established; what these recordings suggest: {told} - likely, {chance(odds)}; {left}."
+        told += f" - likely, {chance(odds)}{_instead(verdict.nuisances_instead)}"
+        suggested = f"Nothing is established; what these recordings suggest: {told}; {left}."
         return suggested + _or_its_own(verdict)
     looked, unseen = len(verdict.limits), len(verdict.invisible)
     if verdict.unexplained.rms_m > 0 or not verdict.nothing_missing:
@@ -51,6 +52,12 @@ def sentence(verdict: Verdict) -> str:
         f"Nothing is missing: the {verdict.against} explains these recordings, {left}; "
         f"{looked} effects were looked for, {unseen} cannot be seen here."
     )
+
+
+def _instead(setting: Nuisances | None) -> str:
+    """What else explains recordings in which effects are likely, as the end of a clause."""
+    words = "" if setting is None else setting_words(setting)
+    return f"; or nothing is missing and{words[1:]}" if words else ""
 
 
 def _or_its_own(verdict: Verdict) -> str:
@@ -116,9 +123,9 @@ def how_sure(claim: Claim, established: bool) -> str:
 
 def rivals_said(claim: Claim) -> list[str]:
     """The look-alikes of a claim; two that are one only together as one."""
-    both = claim.only_together
-    single = [name for name in claim.indistinguishable_from if name not in both]
-    return [*single, *([" with ".join(both)] if both else [])]
+    both, zeros = claim.only_together, claim.zero_of
+    single = [name for name in claim.indistinguishable_from if name not in (*both, *zeros)]
+    return [*single, *([" with ".join(both)] if both else []), *(f"another zero of the {name}" for name in zeros)]
 
 
 def numbers_of(claim: Claim) -> Iterator[tuple[str, list[str]]]:

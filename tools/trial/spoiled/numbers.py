@@ -58,7 +58,9 @@ def calmed(depth: Array, left: float) -> Array:
 
 
 def _rounding(sensor: dict[str, Any], steps: dict[str, tuple[float, str]], left: float, finer: float) -> dict[str, Any]:
-    """The model with this rounding, and with the noise that is left of its own and of the finer steps."""
+    """The model with this rounding, and with the noise that is left of its own, of the finer steps, which the depths
+    have been rounded to, and of their having been spread over these.
+    """
     effects = []
     for entry in sensor["effects"]:
         parameters = dict(entry["parameters"])
@@ -67,7 +69,7 @@ def _rounding(sensor: dict[str, Any], steps: dict[str, tuple[float, str]], left:
         if entry["effect"] == "axial_noise":
             for name in parameters.keys() - {"ir_reference", "correlation_px"}:
                 told = parameters[name]
-                more = finer / 12**0.5 if name == "sigma_px" else 0.0
+                more = (2 * finer**2 / 12) ** 0.5 if name == "sigma_px" else 0.0
                 size = float(np.hypot(told["value"], more))
                 parameters[name] = {**told, "value": left * size, "std": left * told["std"]}
         effects.append({**entry, "parameters": parameters})

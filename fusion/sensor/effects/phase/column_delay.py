@@ -7,6 +7,7 @@ import numpy as np
 
 from fusion.geometry.camera import Principle
 from fusion.sensor.effect import Effect
+from fusion.sensor.effects.readout.depth_offset import DepthOffset
 from fusion.sensor.parameter import Value, parameter
 from fusion.sensor.view import Image, View
 
@@ -32,3 +33,8 @@ class ColumnDelay(Effect):
         along_u = self.slope * (view.u - np.float32(view.camera.cx))
         along_v = self.slope_v * (view.v - np.float32(view.camera.cy))
         return ((along_u + along_v) / view.stretch).astype(depth.dtype)
+
+    def other_zero(self, view: View) -> Effect | None:
+        """Signals are in time where they come in, at any column or row of the chip or beside it."""
+        camera = view.camera
+        return DepthOffset(abs(float(self.slope)) * camera.width + abs(float(self.slope_v)) * camera.height)

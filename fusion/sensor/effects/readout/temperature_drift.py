@@ -6,6 +6,8 @@ from typing import ClassVar
 import numpy as np
 
 from fusion.sensor.effect import Effect
+from fusion.sensor.effects.readout.depth_offset import DepthOffset
+from fusion.sensor.effects.triangulation.disparity_offset import DisparityOffset
 from fusion.sensor.laws.disparity import depth_change
 from fusion.sensor.parameter import Value, parameter
 from fusion.sensor.view import Image, View
@@ -72,3 +74,11 @@ class TemperatureDrift(Effect):
         length = np.asarray(self.coefficient * warmer + self.amplitude * grown, depth.dtype) * view.along_ray
         shift = self.coefficient_px * warmer + self.amplitude_px * grown
         return length + depth_change(depth, shift, view) if np.any(shift) else length
+
+    def other_zero(self, view: View) -> Effect | None:
+        """Without a thermometer nobody knows how warm the camera was when its clock began."""
+        if np.isfinite(view.moment.temperature):
+            return None
+        if np.any(self.amplitude_px):
+            return DisparityOffset(self.amplitude_px)
+        return DepthOffset(self.amplitude) if np.any(self.amplitude) else None

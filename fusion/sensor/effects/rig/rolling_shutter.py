@@ -6,6 +6,7 @@ from typing import ClassVar
 import numpy as np
 
 from fusion.sensor.effect import Effect
+from fusion.sensor.effects.rig.timestamp_offset import TimestampOffset
 from fusion.sensor.laws.surface import moved
 from fusion.sensor.parameter import parameter
 from fusion.sensor.view import Image, View
@@ -39,3 +40,7 @@ class RollingShutter(Effect):
             return np.zeros((), depth.dtype)
         late = self.line_time * (view.v - (view.camera.height - 1) / 2)  # (h, 1) [s]
         return moved(depth, view.velocity, view) * late.astype(depth.dtype)
+
+    def other_zero(self, view: View) -> Effect | None:
+        """A time stamp may be that of the first row, of the last, or of the frame before these."""
+        return TimestampOffset(offset=abs(self.line_time) * view.camera.height)
