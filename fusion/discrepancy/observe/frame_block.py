@@ -183,7 +183,7 @@ def _seen(
     stage: KnownScene, frames: tuple[int, ...], T_world_camera: Array, channels: Channels
 ) -> tuple[View, GivenImages | None]:
     """What stood before the camera, with the amplitude that was recorded, and what a simulation predicts."""
-    ir = _first_ir(stage.recording)
+    ir = _infrared(stage.recording, frames)
     if stage.simulated:
         match, sensor = stage.simulated
         view, given = seen_in(match, frames, sensor)
@@ -229,9 +229,18 @@ def _measured(
     )
 
 
-def _first_ir(recording: Recording) -> NDArray[np.uint16] | None:
-    """The infrared image of the first frame: recordings often hold one only."""
-    return recording[0].ir
+def _infrared(recording: Recording, frames: tuple[int, ...]) -> NDArray[np.uint16] | None:
+    """The infrared image of the first of these frames that has one: recordings often hold one only, so any from the
+    same pose will do.
+    """
+    has = recording.has_ir
+    if has is None:
+        return recording[frames[0]].ir
+    assert recording.poses is not None
+    poses = recording.poses.at(recording.timestamps).poses
+    near = (i for i in (*frames, *map(int, np.flatnonzero(has))) if has[i])
+    found = next((i for i in near if np.allclose(poses[i], poses[frames[0]], atol=1e-9)), None)
+    return None if found is None else recording[found].ir
 
 
 def _moment(recording: Recording, frames: tuple[int, ...]) -> Moment:

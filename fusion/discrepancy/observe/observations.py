@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fusion.discrepancy.inference.loose import Loose
-from fusion.discrepancy.observe.frame_block import FrameBlock
+from fusion.discrepancy.observe.frame_block import TOGETHER_S, FrameBlock
 from fusion.discrepancy.observe.frames import REACH_PX, likeness, local_mean
 from fusion.discrepancy.observe.patch import Patch, patch_of, usable_in
 from fusion.discrepancy.observe.placements import views_of
@@ -49,11 +49,12 @@ class Observations:
 
     @cached_property
     def block_number(self) -> NDArray[np.intp]:
-        """(n,) recording of each tile; the blocks of a long series count one by one."""
+        """(n,) recording of each tile; of a long series what is taken together in time counts one by one."""
         number, out = len(self.patches), []
-        for k, patch in enumerate(self.patches):
-            series = sum(other.block.place == patch.block.place for other in self.patches) > SERIES
-            out.append(np.full(len(patch.tiles), patch.block.place + (number * (k + 1) if series else 0)))
+        for patch in self.patches:
+            times = [other.view.moment.time for other in self.patches if other.block.place == patch.block.place]
+            late = int((patch.view.moment.time - min(times)) // TOGETHER_S) if len(times) > SERIES else -1
+            out.append(np.full(len(patch.tiles), patch.block.place + number * (late + 1)))
         return np.concatenate(out)
 
     @cached_property
